@@ -1,0 +1,1 @@
+"""Intrinsic change of isosurfaces between simulation runs."""
