@@ -97,6 +97,24 @@ def shape_functions(barycentric: ArrayLike, order: int) -> Floats:
     return np.stack([b[..., i] * (2 * b[..., i] - 1) for i in range(3)] + middle, axis=-1)
 
 
+def node_places(order: int) -> Floats:
+    """Barycentric coordinates (3 or 6, 3) of a triangle's own nodes."""
+    corners = np.eye(3)
+    if order == 1:
+        return corners
+    return np.vstack([corners, [(corners[i] + corners[j]) / 2 for i, j in EDGES]])
+
+
+def own_places(triangles: Ints) -> tuple[Ints, Floats]:
+    """For each node a triangle that holds it (n,), and its barycentric coordinates there (n, 3)."""
+    width = triangles.shape[1]
+    count = int(triangles.max()) + 1
+    triangle, local = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64)
+    triangle[triangles.ravel()] = np.repeat(np.arange(len(triangles)), width)
+    local[triangles.ravel()] = np.tile(np.arange(width), len(triangles))
+    return triangle, node_places(1 if width == 3 else 2)[local]
+
+
 def shape_gradients(barycentric: ArrayLike, order: int) -> Floats:
     """Derivatives of the shape functions by the local coordinates (b1, b2), with b0 = 1 - b1 - b2.
 
@@ -179,11 +197,7 @@ def node_normals(points: Floats, triangles: Ints) -> Floats:
     array (n, 3)
         NaN-free for nodes on at least one triangle of positive area.
     """
-    order = 1 if triangles.shape[1] == 3 else 2
-    corners = np.eye(3)
-    middle = [(corners[i] + corners[j]) / 2 for i, j in EDGES]
-    local = corners if order == 1 else np.vstack([corners, middle])
-    jacobian = tangents(points, triangles, local)
+    jacobian = tangents(points, triangles, node_places(1 if triangles.shape[1] == 3 else 2))
     element_normals = np.cross(jacobian[..., 0], jacobian[..., 1])
     total = np.zeros_like(points)
     np.add.at(total, triangles, element_normals)

@@ -223,6 +223,52 @@ class ScalarField:
         outer = log_gradient[..., :, None] * log_gradient[..., None, :]
         return value[..., None] * (spline + outer)
 
+    def level_set(self, points: ArrayLike, isovalue: float) -> tuple[Floats, Floats]:
+        """Function whose zero is the isosurface, and its gradient, as the spline sees them.
+
+        The function is value - isovalue, or log(value) - log(isovalue) for a
+        logarithmic field, which is nearly linear where a density decays.
+
+        Parameters
+        ----------
+        points : array (n, 3)
+        isovalue : float
+
+        Returns
+        -------
+        level : array (n,)
+            Zero on the isosurface, NaN outside the box.
+        gradient : array (n, 3)
+            Per length.
+        """
+        level = np.log(isovalue) if self.logarithmic else isovalue
+        units = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+        gradient = np.stack([self._derivative(points, nu) for nu in units], axis=-1)
+        return self._derivative(points, (0, 0, 0)) - level, gradient
+
+    def refine(self, factors: ArrayLike) -> Floats:
+        """The spline sampled ``factors`` (3,) times finer along each axis, in field units.
+
+        Returns
+        -------
+        array (1 + (nx - 1) fx, 1 + (ny - 1) fy, 1 + (nz - 1) fz)
+            The field's own samples reappear at every factor-th place.
+        """
+        from scipy.interpolate import BSpline
+
+        factors = np.asarray(factors, dtype=int)
+        if (factors == 1).all():
+            return self.values
+        samples = self._spline.c
+        for axis, factor in enumerate(factors):
+            count = self.values.shape[axis]
+            index = np.linspace(0, count - 1, 1 + (count - 1) * int(factor))
+            basis = BSpline.design_matrix(index, self._spline.t[axis], 3)
+            flat = np.moveaxis(samples, axis, 0).reshape(count, -1)
+            others = np.delete(samples.shape, axis)
+            samples = np.moveaxis((basis @ flat).reshape(len(index), *others), 0, axis)
+        return np.exp(samples) if self.logarithmic else samples
+
     def check_isovalue(self, isovalue: float) -> None:
         """Raise FieldError I02 unless the isovalue lies strictly inside the field's range."""
         low, high = float(self.values.min()), float(self.values.max())

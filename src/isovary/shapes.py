@@ -70,4 +70,3 @@ def _with_midpoints(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     middle = points[edges].mean(axis=1)
     middle /= np.linalg.norm(middle, axis=1, keepdims=True)
     return np.concatenate([points, middle]), np.hstack([triangles, of_triangle + len(points)])
-

@@ -160,9 +160,7 @@ def _ritz(projected: Floats, count: int) -> tuple[Floats, Floats]:
     return ritz[::-1], modes[:, ::-1]
 
 
-def _orthonormalize(
-    block: Floats, basis: Floats, mass: csr_array
-) -> tuple[Floats, Floats, Floats]:
+def _orthonormalize(block: Floats, basis: Floats, mass: csr_array) -> tuple[Floats, Floats, Floats]:
     """Split block = basis @ coefficients + unit @ remainder, with unit mass-orthonormal to basis.
 
     The first projection needs only the last two blocks (three-term recurrence);

@@ -1,0 +1,8 @@
+"""Room: base Surface, perturbed Surface -> Correspondence (thesis 4.1.4)."""
+
+from ._closest_point import closest_point
+from ._identity import identity
+from ._interpolate import interpolate
+from ._normal_rays import normal_rays
+
+__all__ = ["closest_point", "identity", "interpolate", "normal_rays"]

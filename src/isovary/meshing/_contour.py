@@ -1,0 +1,106 @@
+"""Raw marching cubes: the topology of an isosurface, and the start of every mesher."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import FieldError
+from ..geometry import Floats, Ints, node_normals
+from ..records import ScalarField, Surface
+
+
+def contour(field: ScalarField, isovalue: float, *, resolution: float | None = None) -> Surface:
+    """Flat marching-cubes triangles of an isosurface, slivers and all.
+
+    The field's spline is sampled on a grid of its own, at least as fine as the
+    data, and contoured. Samples closer to the isovalue than a thousandth of the
+    difference to their neighbours are moved that far away from it, keeping
+    their side, so that no triangle vanishes and the result is a manifold; the
+    vertices move by less than a thousandth of a cell.
+
+    Parameters
+    ----------
+    field : ScalarField
+    isovalue : float
+        In the field's unit.
+    resolution : float, optional
+        Largest cell edge of the contouring grid; default and upper limit: the
+        data's spacing.
+
+    Returns
+    -------
+    Surface
+        Order 1, normals towards smaller field values.
+
+    Raises
+    ------
+    FieldError
+        I02 if the isovalue is outside the field's range, or no cell crosses it.
+
+    Notes
+    -----
+    Cost: linear in the number of cells, 10 ms for 64^3.
+
+    References
+    ----------
+    W. Lorensen and H. Cline, *Marching cubes*, SIGGRAPH (1987); thesis, section 4.1.1.
+    The contourer is VTK's flying edges.
+    """
+    field.check_isovalue(isovalue)
+    factors = np.ones(3, dtype=int)
+    if resolution is not None:
+        factors = np.maximum(np.ceil(field.spacing / resolution - 1e-9), 1).astype(int)
+    samples, level = field.refine(factors), isovalue
+    if field.logarithmic:
+        samples, level = np.log(samples), float(np.log(isovalue))
+    index, triangles = _flying_edges(_keep_clear(samples, level), level)
+    if len(triangles) == 0:
+        raise FieldError(
+            "I02",
+            f"isovalue: expected one that the samples cross, got {isovalue:.6g}; "
+            "the isosurface is smaller than a grid cell",
+        )
+    points = field.origin + index * (field.spacing / factors)
+    _, gradient = field.level_set(points, isovalue)
+    along = np.nansum(node_normals(points, triangles) * gradient)
+    return Surface(points, triangles if along < 0 else triangles[:, ::-1])
+
+
+def _keep_clear(samples: Floats, isovalue: float) -> Floats:
+    """Samples moved off the isovalue by at least 1e-3 of the largest difference to a neighbour."""
+    reach = np.zeros_like(samples)
+    for axis in range(3):
+        step = np.abs(np.diff(samples, axis=axis))
+        lower = [slice(None)] * 3
+        upper = [slice(None)] * 3
+        lower[axis], upper[axis] = slice(None, -1), slice(1, None)
+        reach[tuple(lower)] = np.maximum(reach[tuple(lower)], step)
+        reach[tuple(upper)] = np.maximum(reach[tuple(upper)], step)
+    distance = samples - isovalue
+    near = np.abs(distance) < 1e-3 * reach
+    side = np.where(distance >= 0, 1.0, -1.0)
+    return np.where(near, isovalue + side * 1e-3 * reach, samples)
+
+
+def _flying_edges(samples: Floats, isovalue: float) -> tuple[Floats, Ints]:
+    """Vertices in index coordinates (double precision) and triangles."""
+    from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+    from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D
+
+    image = vtkImageData()
+    image.SetDimensions(*samples.shape)
+    scalars = np.ascontiguousarray(samples.ravel(order="F") - isovalue)
+    image.GetPointData().SetScalars(numpy_to_vtk(scalars, deep=True))
+    filter_ = vtkFlyingEdges3D()
+    filter_.SetInputData(image)
+    filter_.SetValue(0, 0.0)
+    filter_.ComputeNormalsOff()
+    filter_.ComputeScalarsOff()
+    filter_.Update()
+    output = filter_.GetOutput()
+    if output.GetNumberOfPolys() == 0:
+        return np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
+    points = vtk_to_numpy(output.GetPoints().GetData()).astype(float)
+    triangles = vtk_to_numpy(output.GetPolys().GetConnectivityArray())
+    return points, triangles.astype(np.int64).reshape(-1, 3)
