@@ -31,7 +31,7 @@ def icosphere(subdivisions: int, *, order: int = 2) -> Surface:
     Examples
     --------
     >>> sphere = icosphere(3)
-    >>> len(sphere.points), round(sphere.area / (4 * np.pi), 5)
+    >>> len(sphere.points), round(sphere.area / (4 * np.pi), 4)
     (2562, 1.0)
     """
     if order not in (1, 2):

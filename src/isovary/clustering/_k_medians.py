@@ -1,0 +1,117 @@
+"""k-medians in L1: the clustering that the thesis describes under the name k-medoids."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import ArgumentError, ClusterError
+from ..geometry import Floats, Ints
+from ..records import Clusters
+
+_ROUNDS = 200
+
+
+def k_medians(
+    rows: Floats, count: int, *, rng: int | np.random.Generator = 0, restarts: int = 10
+) -> Clusters:
+    """Groups of rows around coordinate-wise medians, minimizing the summed L1 distance.
+
+    Lloyd's iteration with L1 distance and medians, from k-means++-like seeds
+    (each next seed drawn with a probability proportional to its distance to
+    the nearest seed so far). The best of the restarts wins. Groups are numbered
+    by the norm of their center, so that group 0 is the least changed.
+
+    Parameters
+    ----------
+    rows : array (n, T)
+        For example a change. Rows with NaN are left out and labelled -1.
+    count : int
+        Number of groups.
+    rng : int or Generator
+        Seed: the same seed gives the same groups.
+    restarts : int
+        Number of independent starts.
+
+    Returns
+    -------
+    Clusters
+        ``centers`` are the groups' medians.
+
+    Raises
+    ------
+    ClusterError
+        K02 if there are fewer distinct rows than groups.
+    ArgumentError
+        A02 for a count or restarts below 1, A03 for rows that are not (n, T).
+
+    Notes
+    -----
+    Cost: n T count operations a round; 1 s for 10 000 rows, 100 times, 3 groups.
+
+    References
+    ----------
+    Thesis, section 4.1.6; the L1 median of a set is its coordinate-wise median.
+
+    Examples
+    --------
+    >>> groups = k_medians(np.array([[5.0], [0.0], [0.2], [5.1], [np.nan]]), 2)
+    >>> groups.labels.tolist(), groups.centers.round(2).tolist()
+    ([1, 0, 0, 1, -1], [[0.1], [5.05]])
+    """
+    rows = np.asarray(rows, dtype=float)
+    if rows.ndim != 2:
+        raise ArgumentError("A03", f"rows: expected shape (n, T), got {rows.shape}")
+    if count < 1 or restarts < 1:
+        raise ArgumentError("A02", f"count, restarts: expected 1 or more, got {count}, {restarts}")
+    known = np.isfinite(rows).all(axis=1)
+    data = rows[known]
+    distinct = len(np.unique(data, axis=0))
+    if distinct < count:
+        raise ClusterError(
+            "K02",
+            f"count: expected at most {distinct} groups for {distinct} distinct rows, got {count}",
+        )
+    generator = np.random.default_rng(rng)
+    best = min((_lloyd(data, _seeds(data, count, generator)) for _ in range(restarts)), key=_cost)
+    centers, nearest, _ = best
+    order = np.argsort(np.abs(centers).sum(axis=1), kind="stable")
+    labels = np.full(len(rows), -1, dtype=np.int64)
+    labels[known] = np.argsort(order)[nearest]
+    return Clusters(labels, centers[order])
+
+
+def _cost(run: tuple[Floats, Ints, float]) -> float:
+    return run[2]
+
+
+def _distances(data: Floats, centers: Floats) -> Floats:
+    """L1 distances (n, k)."""
+    return np.stack([np.abs(data - center).sum(axis=1) for center in centers], axis=1)
+
+
+def _seeds(data: Floats, count: int, generator: np.random.Generator) -> Floats:
+    chosen = [data[generator.integers(len(data))]]
+    nearest = _distances(data, np.array(chosen))[:, 0]
+    for _ in range(count - 1):
+        row = generator.choice(len(data), p=nearest / nearest.sum())
+        chosen.append(data[row])
+        nearest = np.minimum(nearest, np.abs(data - data[row]).sum(axis=1))
+    return np.array(chosen)
+
+
+def _lloyd(data: Floats, centers: Floats) -> tuple[Floats, Ints, float]:
+    """Alternate nearest centers and medians until no label changes; no group is ever empty."""
+    labels = np.full(len(data), -1, dtype=np.int64)
+    for _ in range(_ROUNDS):
+        distance = _distances(data, centers)
+        nearest = distance.argmin(axis=1)
+        for group in range(len(centers)):
+            if not (nearest == group).any():  # refill from the farthest row
+                nearest[distance.min(axis=1).argmax()] = group
+        if np.array_equal(nearest, labels):
+            break
+        labels = nearest
+        centers = np.stack([np.median(data[labels == g], axis=0) for g in range(len(centers))])
+    distance = _distances(data, centers)
+    cost = float(distance[np.arange(len(data)), labels].sum())
+    return centers, labels, cost

@@ -1,0 +1,480 @@
+"""The walk through the rooms: two fields and an isovalue in, every intermediate result out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .alignment import RigidMotion, rigid_part
+from .carrying import carry
+from .clustering import k_medians
+from .correspondence import identity, interpolate
+from .difference import change_norm, diffusion_times, heat_trace_scale, signature_difference
+from .errors import ArgumentError, CorrespondenceError
+from .geometry import Floats, Topology, topology
+from .laplacian import fem
+from .meshing import contour, interpolation_errors, marching_cubes
+from .noise import noise_floor
+from .records import Clusters, Correspondence, Eigenpairs, ScalarField, Surface
+from .signature import heat_kernel_signature
+from .spectrum import drop_cut_multiplet, eigenpairs
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Progress = Callable[[str, float], None]
+"""Called with a stage's name and the part of the expected work done so far, 0 to 1."""
+
+Match = Callable[[Surface, Surface], Correspondence]
+"""A method of the correspondence room."""
+
+_FIRST_VERTICES = {1: 1000, 2: 500}
+_MOST_VERTICES = 2000
+_WANTED_NOISE = 0.05
+_COVERAGE_LIMIT = 0.5
+_RIGID_SHARE = 0.25
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Everything that a comparison of two isosurfaces made, from the meshes to the groups.
+
+    Arrays with n rows have one per point of ``base``; T is the number of times.
+
+    Parameters
+    ----------
+    isovalue : float
+        Of both isosurfaces.
+    base, perturbed : Surface
+        The two meshes: one connectivity if the base was carried.
+    base_pairs, perturbed_pairs : Eigenpairs
+        The same number of pairs.
+    times : array (T,)
+        Diffusion times of both; length^2.
+    base_signature, perturbed_signature : array (n, T)
+        Signatures at corresponding points, NaN rows without a partner; 1/length^2.
+    correspondence : Correspondence
+    change : array (n, T)
+        Scaled change, base minus perturbed; NaN rows without a partner.
+    unit_area_change : array (n, T)
+        The change after both surfaces were scaled to the base's area: without uniform growth.
+    noise_floor : array (n, T)
+        Numerical error of ``change``; see :func:`isovary.noise_floor`.
+    significant : array (n,)
+        True where the norm of the change exceeds that of the noise floor.
+    clusters : Clusters
+        Groups of the significant nodes; -1 elsewhere.
+    topology : Topology
+        Of both isosurfaces.
+    motion : RigidMotion
+        Rigid part of the displacement.
+    notes : tuple of str
+        What the reader must know, each with its code.
+    choices : dict
+        Every choice, default or not, that made the result.
+    timings : dict
+        Seconds by stage.
+    """
+
+    isovalue: float
+    base: Surface
+    perturbed: Surface
+    base_pairs: Eigenpairs
+    perturbed_pairs: Eigenpairs
+    times: Floats
+    base_signature: Floats
+    perturbed_signature: Floats
+    correspondence: Correspondence
+    change: Floats
+    unit_area_change: Floats
+    noise_floor: Floats
+    significant: np.ndarray
+    clusters: Clusters
+    topology: Topology
+    motion: RigidMotion
+    notes: tuple[str, ...]
+    choices: dict[str, object]
+    timings: dict[str, float]
+
+    @property
+    def coverage(self) -> float:
+        """Part of the base nodes that have a partner."""
+        return float(self.correspondence.found.mean())
+
+    @property
+    def change_norm(self) -> Floats:
+        """Mean absolute scaled change over the times (n,), NaN without a partner."""
+        return change_norm(self.change)
+
+    @property
+    def relative_noise(self) -> float:
+        """Root mean square of the noise floor over that of the change; 0 for no change at all."""
+        return _relative(self.noise_floor, self.change)
+
+    def plot(self, clusters: Clusters | None = None) -> Figure:
+        """Overview figure, with the given groups instead of the comparison's own."""
+        from .view import overview
+
+        return overview(self if clusters is None else replace(self, clusters=clusters))
+
+    def save(self, out: str | Path) -> Path:
+        """Write the result files, pictures and report into the folder ``out``; returns it."""
+        from .io import save
+
+        return save(self, out)
+
+
+@dataclass(frozen=True, eq=False)
+class _Level:
+    """One comparison on one base mesh."""
+
+    base: Surface
+    perturbed: Surface
+    correspondence: Correspondence
+    base_pairs: Eigenpairs
+    perturbed_pairs: Eigenpairs
+
+    @property
+    def vertices(self) -> int:
+        return len(np.unique(self.base.corners))
+
+    def change(self, times: Floats, stretch: float = 1.0) -> tuple[Floats, Floats, Floats]:
+        """Base signature, perturbed one at the partners, scaled change.
+
+        ``stretch`` is the factor by which the perturbed area is divided.
+        """
+        before = heat_kernel_signature(self.base_pairs, times)
+        there = stretch * heat_kernel_signature(self.perturbed_pairs, stretch * times)
+        after = interpolate(self.correspondence, self.perturbed, there)
+        scale = heat_trace_scale(self.base_pairs, times)
+        return before, after, signature_difference(before, after, scale)
+
+
+class _Walk:
+    """Times the stages and tells the progress, counted in unknowns solved for."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.timings: dict[str, float] = {}
+        self.expected, self.done = 1.0, 0.0
+        self._tell = progress or (lambda stage, done: None)
+
+    @contextmanager
+    def stage(self, name: str, cost: float = 0.0) -> Iterator[None]:
+        self._tell(name, min(self.done / self.expected, 1.0))
+        start = time.perf_counter()
+        yield
+        self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
+        self.done += cost
+
+    def finish(self) -> None:
+        self._tell("done", 1.0)
+
+
+def compare(
+    base: ScalarField,
+    perturbed: ScalarField,
+    isovalue: float,
+    *,
+    vertices: int | None = None,
+    order: int = 2,
+    pairs: int = 300,
+    times: int = 100,
+    groups: int = 3,
+    correspondence: Match | None = None,
+    rng: int = 7,
+    progress: Progress | None = None,
+) -> Comparison:
+    """Where, at which scale and how much an isosurface's intrinsic shape changes between two fields.
+
+    The base isosurface is meshed with curved elements and carried onto the
+    perturbed one; the heat kernel signatures of both are compared node by node;
+    the whole is done on a coarser base mesh too, which gives the noise floor;
+    the nodes whose change exceeds it are grouped.
+
+    Parameters
+    ----------
+    base, perturbed : ScalarField
+        The same quantity of two runs, in the same coordinates.
+    isovalue : float
+        In the fields' unit.
+    vertices : int, optional
+        Vertices of the base mesh. By default the accuracy decides: 1 000,
+        doubled once if the noise floor exceeds 5 % of the change.
+    order : int
+        2: curved quadratic elements; 1: flat linear ones, as in the thesis.
+    pairs : int
+        Eigenpairs. The smallest time resolved is 4 ln 10 / lambda_pairs, so more
+        pairs see finer scales. A multiplet cut by the count is left out.
+    times : int
+        Diffusion times, logarithmic.
+    groups : int
+        Groups of significant nodes.
+    correspondence : callable, optional
+        By default the base mesh is carried along the perturbed field. A method of
+        :mod:`isovary.correspondence`, such as :func:`isovary.normal_rays`, meshes
+        the perturbed isosurface independently instead: the thesis's way.
+    rng : int
+        Seed of the grouping.
+    progress : callable, optional
+        Called with the stage's name and the part of the work done.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    FieldError
+        I02 for an isovalue outside the range of either field.
+    CorrespondenceError
+        C01 if the two isosurfaces differ in topology, C02 if too many nodes find no partner.
+    ArgumentError
+        M09 if the coarser mesh has too few nodes for the eigenpairs; A02 for other values.
+    MeshError, SpectrumError
+        From the meshing and the eigensolve.
+
+    Notes
+    -----
+    Cost: 10 s for 64^3 fields at the defaults on two cores, mostly eigenpairs.
+
+    References
+    ----------
+    Thesis, chapter 4.
+
+    Examples
+    --------
+    A sphere grown by 1 %: everywhere the same change, and no rigid motion.
+
+    >>> def ball(radius):
+    ...     return ScalarField.from_function(
+    ...         lambda p: radius - np.linalg.norm(p, axis=-1),
+    ...         bounds=((-1.5, -1.5, -1.5), (1.5, 1.5, 1.5)), shape=(24, 24, 24))
+    >>> result = compare(ball(1.0), ball(1.01), 0.0, vertices=200, pairs=80)
+    >>> result.coverage, round(result.correspondence.distance.mean(), 3), len(result.base_pairs.values)
+    (1.0, 0.01, 64)
+    """
+    _check(vertices, order, pairs, times, groups)
+    walk = _Walk(progress)
+    with walk.stage("isosurfaces and their topology"):
+        base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
+        shape = _common_topology(base, perturbed, isovalue)
+    solve = partial(_level, base, perturbed, isovalue, order, pairs, correspondence, walk)
+    level, coarse, moments = _refined(solve, vertices, order, pairs, times, walk)
+    with walk.stage("signatures and noise floor"):
+        before, after, change = level.change(moments)
+        floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
+        stretch = level.perturbed_pairs.area / level.base_pairs.area
+        unit_area_change = level.change(moments, stretch)[2]
+    with walk.stage("groups"):
+        significant = change_norm(change) > change_norm(floor)
+        clusters = _groups(change, significant, groups, rng)
+    walk.finish()
+    result = Comparison(
+        isovalue=isovalue,
+        base=level.base,
+        perturbed=level.perturbed,
+        base_pairs=level.base_pairs,
+        perturbed_pairs=level.perturbed_pairs,
+        times=moments,
+        base_signature=before,
+        perturbed_signature=after,
+        correspondence=level.correspondence,
+        change=change,
+        unit_area_change=unit_area_change,
+        noise_floor=floor,
+        significant=significant,
+        clusters=clusters,
+        topology=shape,
+        motion=rigid_part(level.base, level.correspondence.distance),
+        notes=(),
+        choices={
+            "field": base.name,
+            "interpolation": "logarithmic" if base.logarithmic else "plain",
+            "interpolation_errors_at_half_resolution": errors,
+            "mesher": "marching_cubes",
+            "vertices": "by accuracy" if vertices is None else vertices,
+            "order": order,
+            "laplacian": "fem",
+            "signature": "heat_kernel_signature",
+            "pairs": pairs,
+            "times": times,
+            "scaling": "base heat trace per unit area",
+            "correspondence": "carried" if correspondence is None else _name(correspondence),
+            "noise_floor_vertices": coarse.vertices,
+            "clustering": "k_medians",
+            "groups": groups,
+            "seed": rng,
+        },
+        timings=walk.timings,
+    )
+    return replace(result, notes=_notes(result))
+
+
+def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int) -> None:
+    """Values that would fail only after minutes of work fail now."""
+    bounds = {"pairs": (pairs, 10), "times": (times, 2), "groups": (groups, 1)}
+    for name, (value, least) in bounds.items():
+        if value < least:
+            raise ArgumentError("A02", f"{name}: expected at least {least}, got {value}")
+    if order not in (1, 2):
+        raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
+    least = int(np.ceil(2.6 * pairs / (1 if order == 1 else 4)))
+    if vertices is not None and vertices < least:
+        raise ArgumentError(
+            "M09",
+            f"vertices: expected at least {least} for {pairs} eigenpairs on a mesh of half as many "
+            f"vertices, got {vertices}; ask for more vertices or fewer pairs",
+        )
+
+
+def _name(method: Match) -> str:
+    return getattr(getattr(method, "func", method), "__name__", repr(method))
+
+
+def _same_interpolation(
+    base: ScalarField, perturbed: ScalarField, isovalue: float
+) -> tuple[ScalarField, ScalarField, dict[str, float]]:
+    """Both fields with the interpolation that serves the base better, and the measured errors."""
+    perturbed.check_isovalue(isovalue)
+    errors = interpolation_errors(base, isovalue)
+    better = errors.get("logarithmic", np.inf) < errors.get("plain", 0.0)
+    logarithmic = bool(better and perturbed.values.min() > 0)
+    return (
+        replace(base, logarithmic=logarithmic),
+        replace(perturbed, logarithmic=logarithmic),
+        errors,
+    )
+
+
+def _common_topology(base: ScalarField, perturbed: ScalarField, isovalue: float) -> Topology:
+    first, second = (topology(contour(f, isovalue).triangles) for f in (base, perturbed))
+    if first != second:
+        raise CorrespondenceError(
+            "C01",
+            f"topology: expected the same of both isosurfaces, got base: {first}; perturbed: "
+            f"{second}; choose another isovalue, or a smaller step of the parameter",
+        )
+    return first
+
+
+def _refined(
+    solve: Callable[[int], _Level],
+    vertices: int | None,
+    order: int,
+    pairs: int,
+    times: int,
+    walk: _Walk,
+) -> tuple[_Level, _Level, Floats]:
+    """A level, the one with half its vertices, and the times; finer until the noise is small."""
+    if vertices is None:
+        size = max(_FIRST_VERTICES[order], 3 * pairs // (1 if order == 1 else 4))
+    else:
+        size = vertices // 2
+    walk.expected = float(3 * size)
+    coarse, level = solve(size), solve(2 * size if vertices is None else vertices)
+    while True:
+        moments = diffusion_times(level.base_pairs, times)
+        if vertices is not None or 4 * size > _MOST_VERTICES:
+            return level, coarse, moments
+        change = level.change(moments)[2]
+        floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
+        if _relative(floor, change) <= _WANTED_NOISE:
+            return level, coarse, moments
+        size *= 2
+        walk.expected += 2 * size
+        coarse, level = level, solve(2 * size)
+
+
+def _level(
+    base: ScalarField,
+    perturbed: ScalarField,
+    isovalue: float,
+    order: int,
+    pairs: int,
+    match: Match | None,
+    walk: _Walk,
+    vertices: int,
+) -> _Level:
+    """Both surfaces, matched, with their eigenpairs, on a base mesh of so many vertices."""
+    mesh = partial(marching_cubes, isovalue=isovalue, vertices=vertices, order=order)
+    with walk.stage("meshing"):
+        surface = mesh(base)
+        other = None if match is None else mesh(perturbed)
+    with walk.stage("correspondence"):
+        if other is None or match is None:
+            other, partners = carry(surface, perturbed, isovalue)
+        elif np.array_equal(surface.points, other.points):
+            partners = identity(surface, other)  # equal fields: no search, no rounding
+        else:
+            partners = match(surface, other)
+    if partners.found.mean() < _COVERAGE_LIMIT:
+        raise CorrespondenceError(
+            "C02",
+            f"coverage: expected at least {_COVERAGE_LIMIT:.0%} of the nodes with a partner, got "
+            f"{partners.found.mean():.0%}; the surfaces are too far apart",
+        )
+    with walk.stage("eigenpairs of the base", vertices / 2):
+        first = drop_cut_multiplet(eigenpairs(fem(surface), pairs))
+    with walk.stage("eigenpairs of the perturbed", vertices / 2):
+        same = np.array_equal(surface.points, other.points)
+        second = first if same else eigenpairs(fem(other), pairs).truncate(len(first.values))
+    return _Level(surface, other, partners, first, second)
+
+
+def _relative(floor: Floats, change: Floats) -> float:
+    size = float(np.sqrt(np.nanmean(change**2)))
+    return float(np.sqrt(np.nanmean(floor**2))) / size if size > 0 else 0.0
+
+
+def _groups(change: Floats, significant: np.ndarray, groups: int, rng: int) -> Clusters:
+    """Groups of the significant rows; fewer if they are not that many distinct ones."""
+    rows = np.where(significant[:, None], change, np.nan)
+    distinct = len(np.unique(change[significant], axis=0))
+    if distinct == 0:
+        labels = np.full(len(change), -1, dtype=np.int64)
+        return Clusters(labels, np.empty((0, change.shape[1])))
+    return k_medians(rows, min(groups, distinct), rng=rng)
+
+
+def _notes(result: Comparison) -> tuple[str, ...]:
+    """What a reader must know before trusting the picture."""
+    notes = []
+    if not result.change.any():
+        notes.append("C06: the two isosurfaces are identical: no change at all.")
+    elif not result.significant.any():
+        notes.append("The change is nowhere above the noise floor: nothing is shown as change.")
+    elif result.relative_noise > _WANTED_NOISE:
+        notes.append(
+            f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for more "
+            "vertices, or for carried meshes, to see finer."
+        )
+    if result.topology.components > 1:
+        notes.append(f"I06: the isosurface has {result.topology.components} components.")
+    if result.topology.boundary_loops > 0:
+        notes.append(
+            f"I05: the isosurface leaves the box: {result.topology.boundary_loops} boundary "
+            "loop(s); near a rim the natural boundary doubles the signature at small times."
+        )
+    if result.coverage < 1:
+        lost = int((~result.correspondence.found).sum())
+        notes.append(f"C02: {lost} nodes found no partner; they are grey, not unchanged.")
+    used = len(result.base_pairs.values)
+    if used < result.choices["pairs"]:  # type: ignore[operator]
+        notes.append(f"S04: {used} eigenpairs used; the count asked for would cut a multiplet.")
+    if result.motion.share > _RIGID_SHARE:
+        shift = np.linalg.norm(result.motion.translation)
+        turn = np.degrees(np.linalg.norm(result.motion.rotation))
+        notes.append(
+            f"A rigid motion (shift {shift:.3g}, turn {turn:.2g} degrees) explains "
+            f"{result.motion.share:.0%} of the squared displacement. A rigid motion changes no "
+            "intrinsic shape, but along normals it slides corresponding points: part of the change "
+            "may be false. Align the fields first."
+        )
+    return tuple(notes)

@@ -1,0 +1,301 @@
+"""The XML header of a VTK image file, and whether the file can hold what it declares.
+
+VTK's own reader fills what it does not find with leftover memory: data cut from an
+uncompressed array and pieces that leave a gap both give a full-size field without
+a complaint. So extents and lengths are checked here.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NoReturn
+from xml.parsers import expat
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import FileError
+from ._checks import check_memory, check_shape
+
+_SUFFIXES = {
+    "PImageData": ".pvti",
+    "PolyData": ".vtp",
+    "RectilinearGrid": ".vtr",
+    "StructuredGrid": ".vts",
+    "UnstructuredGrid": ".vtu",
+}
+BYTES = {f"{sign}Int{8 * size}": size for sign in ("", "U") for size in (1, 2, 4, 8)}
+BYTES |= {"Float32": 4, "Float64": 8}
+#: Largest ratio each compressor can reach.
+_RATIOS = {
+    "": 1,
+    "vtkZLibDataCompressor": 1100,
+    "vtkLZ4DataCompressor": 300,
+    "vtkLZMADataCompressor": 20000,
+}
+Attributes = dict[str, str]
+
+
+@dataclass
+class Array:
+    """A DataArray: where it stands, its attributes, and how long its text is."""
+
+    section: str
+    attributes: Attributes
+    length: int = 0
+
+
+@dataclass
+class Piece:
+    """A piece of the image and its arrays."""
+
+    attributes: Attributes
+    arrays: list[Array] = field(default_factory=list)
+
+
+@dataclass
+class Header:
+    """What the XML declares; ``appended`` is the tag of the appended data and its byte."""
+
+    root: Attributes = field(default_factory=dict)
+    image: Attributes = field(default_factory=dict)
+    pieces: list[Piece] = field(default_factory=list)
+    active: str | None = None
+    appended: tuple[Attributes, int] = field(default_factory=lambda: ({}, 0))
+
+    def named(self, section: str) -> dict[str, Attributes]:
+        """Attributes of the arrays of PointData or CellData, by name."""
+        return {
+            array.attributes["Name"]: array.attributes
+            for piece in self.pieces
+            for array in piece.arrays
+            if array.section == section and "Name" in array.attributes
+        }
+
+
+class _Done(Exception):  # noqa: N818
+    """The XML ends: binary data may follow."""
+
+
+class _Parser:
+    """Fills a Header from the events of expat."""
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.header = path, Header()
+        self.expat = expat.ParserCreate()
+        self.expat.StartElementHandler = self.start
+        self.expat.EndElementHandler = self.end
+        self.expat.CharacterDataHandler = self.text
+        self.expat.StartDoctypeDeclHandler = self.doctype
+        self.expat.EntityDeclHandler = self.doctype
+        self._section = ""
+        self._array: Array | None = None
+
+    def doctype(self, *_: object) -> NoReturn:
+        raise FileError(
+            "F12",
+            f"{self.path}: expected plain XML, got a DOCTYPE or ENTITY declaration; "
+            "VTK writes none, do not trust this file",
+        )
+
+    def start(self, tag: str, attributes: Attributes) -> None:
+        header = self.header
+        if not header.root:
+            _check_root(self.path, tag, attributes)
+            header.root = attributes
+        elif tag == "ImageData":
+            header.image = attributes
+        elif tag == "Piece":
+            header.pieces.append(Piece(attributes))
+        elif tag in ("PointData", "CellData"):
+            self._section = tag
+            if tag == "PointData":
+                header.active = attributes.get("Scalars", header.active)
+        elif tag == "AppendedData":
+            header.appended = attributes, self.expat.CurrentByteIndex
+            raise _Done
+        elif tag in ("DataArray", "Array") and self._section and header.pieces:
+            self._array = Array(self._section, attributes)
+            header.pieces[-1].arrays.append(self._array)
+
+    def end(self, tag: str) -> None:
+        if tag == self._section:
+            self._section = ""
+        elif tag in ("DataArray", "Array"):
+            self._array = None
+
+    def text(self, data: str) -> None:
+        if self._array is not None:
+            self._array.length += sum(map(len, data.split()))
+
+
+def read_header(path: Path) -> Header:
+    """Parse the XML up to the appended data; FileError F03, F04, F06 or F12."""
+    _check_end(path)
+    parser = _Parser(path)
+    try:
+        with path.open("rb") as stream:
+            while chunk := stream.read(1 << 16):
+                parser.expat.Parse(chunk, False)
+        parser.expat.Parse(b"", True)
+    except _Done:
+        pass
+    except expat.ExpatError as error:
+        raise FileError(
+            "F06", f"{path}: expected XML, got a syntax error ({error}); write the file again"
+        ) from None
+    return parser.header
+
+
+def _check_end(path: Path) -> None:
+    with path.open("rb") as stream:
+        stream.seek(max(0, path.stat().st_size - 256))
+        tail = stream.read().rstrip(b" \t\r\n\0")
+    if not tail.endswith(b"</VTKFile>"):
+        raise FileError(
+            "F03",
+            f"{path}: expected </VTKFile> at the end, got {tail[-20:]!r}; "
+            "the file is truncated, write or copy it again",
+        )
+
+
+def _check_root(path: Path, tag: str, attributes: Attributes) -> None:
+    kind = attributes.get("type", "")
+    if tag == "VTKFile" and kind == "ImageData":
+        return
+    suffix = f", a {_SUFFIXES[kind]} file" if kind in _SUFFIXES else ""
+    raise FileError(
+        "F04",
+        f"{path}: expected a VTKFile of type ImageData, got {tag} {kind!r}{suffix}; "
+        "resample the data onto a regular grid and write a .vti file",
+    )
+
+
+def numbers(path: Path, attributes: Attributes, name: str, default: str) -> NDArray[np.float64]:
+    """Numbers of an attribute, as many as the default has; else FileError F06."""
+    text = attributes.get(name, default)
+    try:
+        values = np.array([float(word) for word in text.split()])
+    except ValueError:
+        values = np.empty(0)
+    if len(values) != len(default.split()):
+        raise FileError(
+            "F06",
+            f"{path}: {name}: expected {len(default.split())} numbers, got {text!r}; "
+            "write the file again",
+        )
+    return values
+
+
+def extent(path: Path, attributes: Attributes, name: str) -> NDArray[np.int64]:
+    """First and last index along each axis (3, 2); FileError F06."""
+    values = numbers(path, {name: attributes.get(name, "")}, name, "0 0 0 0 0 0")
+    if not (np.abs(values) < 2**31).all() or (values % 1 != 0).any():
+        raise FileError("F06", f"{path}: {name}: expected 6 indices, got {values.tolist()}")
+    return values.astype(np.int64).reshape(3, 2)
+
+
+def image_shape(path: Path, header: Header) -> tuple[int, int, int]:
+    """Shape of the image, which fits into memory and which its pieces fill."""
+    whole = extent(path, header.image, "WholeExtent")
+    nx, ny, nz = (max(int(count), 0) for count in whole[:, 1] - whole[:, 0] + 1)
+    check_shape(path, (nx, ny, nz))
+    check_memory(path, nx * ny * nz)
+    return nx, ny, nz
+
+
+def check_pieces(path: Path, header: Header, shape: tuple[int, int, int]) -> None:
+    """FileError F06 unless the pieces fill the whole extent."""
+    whole = extent(path, header.image, "WholeExtent")
+    covered = np.zeros(shape, dtype=bool)
+    for piece in header.pieces:
+        part = extent(path, piece.attributes, "Extent")
+        low, high = part[:, 0] - whole[:, 0], part[:, 1] - whole[:, 0] + 1
+        if (low < 0).any() or (high > shape).any():
+            raise FileError(
+                "F06", f"{path}: Piece: expected inside {whole.tolist()}, got {part.tolist()}"
+            )
+        covered[tuple(slice(a, b) for a, b in zip(low, high, strict=True))] = True
+    if not covered.all():
+        raise FileError(
+            "F06",
+            f"{path}: expected pieces that fill the whole extent, got {int((~covered).sum())} "
+            "samples in none; write the file again",
+        )
+
+
+def check_room(path: Path, header: Header, attributes: Attributes, count: int) -> None:
+    """FileError F08 if ``count`` samples of an array cannot be in a file of this size."""
+    each = 1 if attributes.get("format") == "ascii" else BYTES[attributes["type"]]
+    compressor = header.root.get("compressor", "")
+    room = path.stat().st_size * _RATIOS.get(compressor, max(_RATIOS.values()))
+    if count * each > room:
+        raise FileError(
+            "F08",
+            f"{path}: WholeExtent: expected at most {room // each} samples of "
+            f"{attributes['Name']!r} in a file of this size, got {count}; "
+            "the header is damaged, write the file again",
+        )
+
+
+def check_lengths(path: Path, header: Header) -> None:
+    """FileError F03 if uncompressed binary data are shorter than declared.
+
+    Compressed data need no check: VTK notices when a block does not unpack.
+    """
+    if header.root.get("compressor"):
+        return
+    word = 8 if header.root.get("header_type") == "UInt64" else 4
+    for piece in header.pieces:
+        shape = np.diff(extent(path, piece.attributes, "Extent"))[:, 0] + 1
+        for array in piece.arrays:
+            kind = array.attributes.get("format", "ascii")
+            each = BYTES.get(array.attributes.get("type", ""))
+            if each is None or kind == "ascii":
+                continue
+            counts = shape if array.section == "PointData" else np.maximum(shape - 1, 1)
+            components = numbers(path, array.attributes, "NumberOfComponents", "1")
+            need = math.prod(counts.tolist()) * int(components[0]) * each
+            if kind == "appended":
+                _check_appended(path, header, array, word, need)
+            elif array.length < _encoded(word + need):
+                _short(path, array, need)
+
+
+def _encoded(count: int) -> int:
+    """Number of base64 characters for so many bytes."""
+    return 4 * -(-count // 3)
+
+
+def _short(path: Path, array: Array, need: int) -> NoReturn:
+    raise FileError(
+        "F03",
+        f"{path}: expected {need} bytes of array {array.attributes.get('Name')!r}, got fewer "
+        "or bytes out of place; the file is truncated or damaged, write or copy it again",
+    )
+
+
+def _check_appended(path: Path, header: Header, array: Array, word: int, need: int) -> None:
+    """The array's length word, at its offset, and room for it before the closing tag."""
+    attributes, tag = header.appended
+    raw = attributes.get("encoding", "raw") == "raw"
+    offset = int(numbers(path, array.attributes, "offset", "0")[0])
+    with path.open("rb") as stream:
+        stream.seek(max(tag, path.stat().st_size - 4096))
+        begin = stream.tell()
+        close = begin + stream.read().rfind(b"</AppendedData>")
+        stream.seek(tag)
+        first = tag + stream.read(4096).find(b"_") + 1 + offset
+        stream.seek(max(first, 0))
+        head = stream.read(word if raw else _encoded(word))
+    length = word + need if raw else _encoded(word + need)
+    big = header.root.get("byte_order") == "BigEndian"
+    try:
+        stated = head if raw else base64.b64decode(head)[:word]
+    except ValueError:
+        stated = b""
+    if first + length > close or int.from_bytes(stated, "big" if big else "little") != need:
+        _short(path, array, need)
