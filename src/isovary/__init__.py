@@ -4,6 +4,8 @@ Two scalar fields and an isovalue in; where, at which scale and how much the
 isosurface's intrinsic shape changed, and what of it is mesh noise, out.
 """
 
+from importlib.metadata import version as _version
+
 from .alignment import RigidMotion, rigid_part
 from .carrying import carry
 from .clustering import k_medians
@@ -31,6 +33,8 @@ from .records import Clusters, Correspondence, Eigenpairs, Laplacian, ScalarFiel
 from .shapes import icosphere
 from .signature import heat_kernel_signature
 from .spectrum import drop_cut_multiplet, eigenpairs
+
+__version__ = _version("isovary")
 
 __all__ = [
     "ArgumentError",

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from .clustering import k_medians
 from .correspondence import identity, interpolate
 from .difference import change_norm, diffusion_times, heat_trace_scale, signature_difference
 from .errors import ArgumentError, CorrespondenceError
-from .geometry import Floats, Topology, topology
+from .geometry import Bools, Floats, Topology, topology
 from .laplacian import fem
 from .meshing import contour, interpolation_errors, marching_cubes
 from .noise import noise_floor
@@ -95,7 +96,7 @@ class Comparison:
     change: Floats
     unit_area_change: Floats
     noise_floor: Floats
-    significant: np.ndarray
+    significant: Bools
     clusters: Clusters
     topology: Topology
     motion: RigidMotion
@@ -126,7 +127,7 @@ class Comparison:
 
     def save(self, out: str | Path) -> Path:
         """Write the result files, pictures and report into the folder ``out``; returns it."""
-        from .io import save
+        from .io._results import save
 
         return save(self, out)
 
@@ -191,7 +192,7 @@ def compare(
     rng: int = 7,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Where, at which scale and how much an isosurface's intrinsic shape changes between two fields.
+    """Intrinsic change of an isosurface between two fields: where, at which scale, how much.
 
     The base isosurface is meshed with curved elements and carried onto the
     perturbed one; the heat kernel signatures of both are compared node by node;
@@ -257,8 +258,10 @@ def compare(
     ...         lambda p: radius - np.linalg.norm(p, axis=-1),
     ...         bounds=((-1.5, -1.5, -1.5), (1.5, 1.5, 1.5)), shape=(24, 24, 24))
     >>> result = compare(ball(1.0), ball(1.01), 0.0, vertices=200, pairs=80)
-    >>> result.coverage, round(result.correspondence.distance.mean(), 3), len(result.base_pairs.values)
-    (1.0, 0.01, 64)
+    >>> result.coverage, round(float(result.correspondence.distance.mean()), 3)
+    (1.0, 0.01)
+    >>> len(result.base_pairs.values)  # 80 would cut the shell l = 8
+    64
     """
     _check(vertices, order, pairs, times, groups)
     walk = _Walk(progress)
@@ -296,6 +299,8 @@ def compare(
         notes=(),
         choices={
             "field": base.name,
+            "base": _facts(base),
+            "perturbed": _facts(perturbed),
             "interpolation": "logarithmic" if base.logarithmic else "plain",
             "interpolation_errors_at_half_resolution": errors,
             "mesher": "marching_cubes",
@@ -332,6 +337,16 @@ def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int
             f"vertices: expected at least {least} for {pairs} eigenpairs on a mesh of half as many "
             f"vertices, got {vertices}; ask for more vertices or fewer pairs",
         )
+
+
+def _facts(field: ScalarField) -> dict[str, object]:
+    """What identifies a field: its grid and the digest of its samples."""
+    return {
+        "shape": list(field.values.shape),
+        "spacing": field.spacing.tolist(),
+        "origin": field.origin.tolist(),
+        "sha256": sha256(field.values.tobytes()).hexdigest(),
+    }
 
 
 def _name(method: Match) -> str:
@@ -433,7 +448,7 @@ def _relative(floor: Floats, change: Floats) -> float:
     return float(np.sqrt(np.nanmean(floor**2))) / size if size > 0 else 0.0
 
 
-def _groups(change: Floats, significant: np.ndarray, groups: int, rng: int) -> Clusters:
+def _groups(change: Floats, significant: Bools, groups: int, rng: int) -> Clusters:
     """Groups of the significant rows; fewer if they are not that many distinct ones."""
     rows = np.where(significant[:, None], change, np.nan)
     distinct = len(np.unique(change[significant], axis=0))

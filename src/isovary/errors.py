@@ -3,7 +3,7 @@
 ::
 
     IsovaryError                 everything isovary raises on purpose
-    |-- ArgumentError            A: an argument has the wrong type, shape or range (also a ValueError)
+    |-- ArgumentError            A: an argument of wrong type, shape or range (also ValueError)
     |-- FileError                F: a file cannot be read, or does not hold what it claims
     |-- FieldError               I: a scalar field or its isosurface is unusable
     |-- MeshError                M: a mesh is broken, or a mesher gave up

@@ -1,4 +1,4 @@
-"""Geometry of triangle meshes: shape functions, areas, normals, topology, quality.
+r"""Geometry of triangle meshes: shape functions, areas, normals, topology, quality.
 
 Everything here takes plain arrays: ``points`` (n, 3) and ``triangles`` (m, 3)
 for flat triangles or (m, 6) for six-node triangles in VTK order (three corners,
@@ -7,9 +7,9 @@ then the midpoints of edges 01, 12 and 20).
 ::
 
         2                2
-        | \\              | \\
-        |   \\            5   4
-        |     \\          |     \\
+        | \              | \
+        |   \            5   4
+        |     \          |     \
         0-------1        0---3---1
 """
 
@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 EDGES = ((0, 1), (1, 2), (2, 0))
 """Corner pairs of a triangle's edges, in the order of the midpoint nodes 3, 4, 5."""
@@ -162,7 +163,8 @@ def tangents(points: Floats, triangles: Ints, barycentric: ArrayLike) -> Floats:
         Columns are the two tangents; length unit of ``points``.
     """
     gradients = shape_gradients(barycentric, 1 if triangles.shape[1] == 3 else 2)
-    return np.einsum("mid,qik->mqdk", points[triangles], gradients)
+    columns: Floats = np.einsum("mid,qik->mqdk", points[triangles], gradients)
+    return columns
 
 
 def triangle_areas(points: Floats, triangles: Ints) -> Floats:
@@ -305,8 +307,9 @@ def _loop_count(rim: Ints) -> int:
 
 
 def triangle_quality(points: Floats, triangles: Ints) -> Floats:
-    """Shape quality of each flat triangle: 2 inradius / circumradius, 1 for equilateral, 0 for a sliver.
+    """Shape quality of each flat triangle: 2 inradius / circumradius.
 
+    1 for equilateral, 0 for a sliver;
     q = (b + c - a)(c + a - b)(a + b - c) / (a b c) for side lengths a, b, c.
 
     Returns

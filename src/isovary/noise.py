@@ -53,7 +53,7 @@ def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change
     """
     there = interpolate(closest_point(surface, coarse), coarse, coarse_change)
     square = (change - there) ** 2
-    known = np.isfinite(square).all(axis=1)
+    known = np.asarray(np.isfinite(square).all(axis=1))
     floor = np.full(change.shape, np.nan)
     weight = _neighbourhood_mean(surface, known.astype(float)[:, None])
     total = _neighbourhood_mean(surface, np.where(known[:, None], square, 0.0))
@@ -70,7 +70,7 @@ def _neighbourhood_mean(surface: Surface, values: Floats) -> Floats:
     links = np.concatenate([pieces[:, list(pair)] for pair in EDGES])
     size = len(surface.points)
     graph = coo_array((np.ones(len(links)), (links[:, 0], links[:, 1])), shape=(size, size)).tocsr()
-    joined = ((graph + graph.T + diags_array(np.ones(size))) > 0).astype(float)
+    joined = (graph + graph.T + diags_array(np.ones(size))).sign()
     average = diags_array(1 / joined.sum(axis=1)) @ joined
     for _ in range(_SMOOTHINGS):
         values = average @ values

@@ -8,27 +8,27 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import geometry
 from .errors import ArgumentError, FieldError, MeshError
-from .geometry import Floats, Ints
+from .geometry import Bools, Floats, Ints
 
 if TYPE_CHECKING:
     from scipy.interpolate import NdBSpline
     from scipy.sparse import csr_array
 
 
-def _frozen(array: ArrayLike, dtype: type = np.float64) -> NDArray:  # type: ignore[type-arg]
-    copy = np.array(array, dtype=dtype, order="C", copy=True)
+def _frozen(array: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
+    copy: NDArray[Any] = np.array(array, dtype=dtype, order="C", copy=True)
     copy.setflags(write=False)
     return copy
 
 
-def _first(mask: NDArray[np.bool_]) -> str:
+def _first(mask: Bools) -> str:
     return ", ".join(str(int(i)) for i in np.flatnonzero(mask)[:5])
 
 
@@ -190,8 +190,8 @@ class ScalarField:
     def _derivative(self, points: ArrayLike, nu: tuple[int, int, int]) -> Floats:
         index = (np.asarray(points, dtype=float) - self.origin) / self.spacing
         top = np.array(self.values.shape) - 1.0
-        edge = 1e-9  # points that rounding put just outside the box belong to it
-        inside = ((index >= -edge) & (index <= top + edge)).all(axis=-1)
+        edge = 1e-6  # points that rounding put just outside the box belong to it
+        inside = np.asarray(((index >= -edge) & (index <= top + edge)).all(axis=-1))
         index = np.where(inside[..., None], np.clip(index, 0, top), np.nan)
         scale = float(np.prod(self.spacing ** np.array(nu, dtype=float)))
         result: Floats = self._spline(index, nu=nu) / scale
@@ -267,7 +267,8 @@ class ScalarField:
             flat = np.moveaxis(samples, axis, 0).reshape(count, -1)
             others = np.delete(samples.shape, axis)
             samples = np.moveaxis((basis @ flat).reshape(len(index), *others), 0, axis)
-        return np.exp(samples) if self.logarithmic else samples
+        refined: Floats = np.exp(samples) if self.logarithmic else samples
+        return refined
 
     def check_isovalue(self, isovalue: float) -> None:
         """Raise FieldError I02 unless the isovalue lies strictly inside the field's range."""
@@ -318,7 +319,7 @@ class Surface:
 
     points: Floats
     triangles: Ints
-    normals: Floats = field(default=None)  # type: ignore[assignment]
+    normals: Floats = field(default=None)  # type: ignore[arg-type]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", _frozen(self.points))
@@ -342,7 +343,7 @@ class Surface:
             raise ArgumentError(
                 "A03", f"triangles: expected shape (m, 3) or (m, 6), m > 0, got {triangles.shape}"
             )
-        bad = ~np.isfinite(points).all(axis=1)
+        bad = ~np.asarray(np.isfinite(points).all(axis=1))
         if bad.any():
             raise MeshError(
                 "I01", f"points: expected finite, got {bad.sum()} with NaN or inf, {_first(bad)}"
@@ -502,7 +503,7 @@ class Correspondence:
             )
 
     @property
-    def found(self) -> NDArray[np.bool_]:
+    def found(self) -> Bools:
         """Mask (n,) of the nodes that have a partner."""
         return self.triangle >= 0
 

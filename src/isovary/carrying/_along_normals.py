@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ArgumentError, CorrespondenceError
-from ..geometry import EDGES, Floats, Ints, linear_triangles, own_places
+from ..geometry import EDGES, Bools, Floats, Ints, linear_triangles, own_places
 from ..projection import outward_normals, project
 from ..records import Correspondence, ScalarField, Surface
 
@@ -132,7 +132,7 @@ def _roots(
     surface: Surface,
     field: ScalarField,
     isovalue: float,
-    which: np.ndarray,
+    which: Bools,
     low: Floats,
     high: Floats,
 ) -> Floats:
@@ -161,7 +161,7 @@ def _roots(
     return root
 
 
-def _check_lost(found: np.ndarray, reach: float) -> None:
+def _check_lost(found: Bools, reach: float) -> None:
     lost = ~found
     if lost.mean() > _LOST_LIMIT:
         raise CorrespondenceError(
@@ -173,7 +173,7 @@ def _check_lost(found: np.ndarray, reach: float) -> None:
 
 
 def _filled(
-    surface: Surface, points: Floats, found: np.ndarray, field: ScalarField, isovalue: float
+    surface: Surface, points: Floats, found: Bools, field: ScalarField, isovalue: float
 ) -> Floats:
     """Lost nodes put near the mean move of their neighbours, then onto the isosurface."""
     move = np.where(found[:, None], points - surface.points, 0.0)

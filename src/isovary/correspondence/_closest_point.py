@@ -72,6 +72,6 @@ def _nearest_pieces(points: Floats, surface: Surface) -> Ints:
     found = np.empty(len(points), dtype=np.int64)
     place = [0.0, 0.0, 0.0]
     for row, point in enumerate(points):
-        locator.FindClosestPoint(point, place, cell, number, part, square)
+        locator.FindClosestPoint(point.tolist(), place, cell, number, part, square)  # type: ignore[call-overload]
         found[row] = int(number)
     return found

@@ -57,24 +57,29 @@ def to_parent(surface: Surface, piece: Ints, barycentric: Floats) -> tuple[Ints,
 def position(surface: Surface, triangle: Ints, barycentric: Floats) -> Floats:
     """Points (n, 3) on the curved elements."""
     weights = shape_functions(barycentric, surface.order)
-    return np.einsum("ni,nid->nd", weights, surface.points[surface.triangles[triangle]])
+    points: Floats = np.einsum("ni,nid->nd", weights, surface.points[surface.triangles[triangle]])
+    return points
 
 
 def tangents_at(surface: Surface, triangle: Ints, barycentric: Floats) -> Floats:
     """Tangents (n, 3, 2) of the curved elements."""
     gradients = shape_gradients(barycentric, surface.order)
-    return np.einsum("nik,nid->ndk", gradients, surface.points[surface.triangles[triangle]])
+    tangents: Floats = np.einsum(
+        "nik,nid->ndk", gradients, surface.points[surface.triangles[triangle]]
+    )
+    return tangents
 
 
 def step_within(barycentric: Floats, move: Floats) -> Floats:
     """Barycentric coordinates after a local step (n, 2), kept inside the triangle."""
     moved = barycentric + np.column_stack([-move.sum(axis=1), move])
     moved = np.clip(moved, 0.0, None)
-    return moved / moved.sum(axis=1, keepdims=True)
+    inside: Floats = moved / moved.sum(axis=1, keepdims=True)
+    return inside
 
 
 def flat_barycentric(corners: Floats, points: Floats) -> Floats:
-    """Barycentric coordinates (n, 3) of points projected onto flat triangles (n, 3, 3), in [0, 1]."""
+    """Barycentric coordinates (n, 3) of points put onto flat triangles (n, 3, 3), in [0, 1]."""
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     offset = points - corners[:, 0]
     a = np.einsum("nd,nd->n", first, first)

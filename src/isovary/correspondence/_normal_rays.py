@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ArgumentError
-from ..geometry import Floats, Ints, linear_triangles
+from ..geometry import Bools, Floats, Ints, linear_triangles
 from ..records import Correspondence, Surface
 from ._locator import build_locator, position, step_within, tangents_at, to_parent
 
@@ -58,7 +58,7 @@ def normal_rays(base: Surface, perturbed: Surface, *, reach: float | None = None
         raise ArgumentError("A02", f"reach: expected a positive length, got {reach}")
     node, piece = _all_hits(base, perturbed, reach)
     distance, local, agrees = _on_pieces(base, perturbed, node, piece)
-    node, piece, distance, local = (a[agrees] for a in (node, piece, distance, local))
+    node, piece, distance, local = node[agrees], piece[agrees], distance[agrees], local[agrees]
     nearest, hits = _nearest_hits(len(base.points), node, distance, 1e-9 * diagonal)
     found = nearest >= 0
     chosen = nearest[found]
@@ -91,7 +91,7 @@ def _all_hits(base: Surface, perturbed: Surface, reach: float) -> tuple[Ints, In
 
 def _on_pieces(
     base: Surface, perturbed: Surface, node: Ints, piece: Ints
-) -> tuple[Floats, Floats, np.ndarray]:
+) -> tuple[Floats, Floats, Bools]:
     """Signed distance, barycentric coordinates and agreement of normals of each hit."""
     corners = perturbed.points[linear_triangles(perturbed.triangles)[piece]]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
@@ -101,9 +101,10 @@ def _on_pieces(
     matrix = np.stack([first, second, -direction], axis=-1)
     matrix[~agrees] = np.eye(3)  # grazing or opposed: dropped by the caller
     offset = base.points[node] - corners[:, 0]
-    solution = np.linalg.solve(matrix, offset[..., None])[..., 0]
+    solution: Floats = np.asarray(np.linalg.solve(matrix, offset[..., None])[..., 0], dtype=float)
     origin = np.tile([1.0, 0.0, 0.0], (len(node), 1))
-    return solution[:, 2], step_within(origin, solution[:, :2]), agrees
+    local: Floats = step_within(origin, solution[:, :2])
+    return solution[:, 2], local, agrees
 
 
 def _nearest_hits(count: int, node: Ints, distance: Floats, same: float) -> tuple[Ints, Ints]:
@@ -122,7 +123,7 @@ def _nearest_hits(count: int, node: Ints, distance: Floats, same: float) -> tupl
 def _refined(
     base: Surface,
     perturbed: Surface,
-    found: np.ndarray,
+    found: Bools,
     triangle: Ints,
     barycentric: Floats,
     distance: Floats,
@@ -141,7 +142,7 @@ def _refined(
 
 
 def _spread(
-    found: np.ndarray, triangle: Ints, barycentric: Floats, distance: Floats, hits: Ints
+    found: Bools, triangle: Ints, barycentric: Floats, distance: Floats, hits: Ints
 ) -> Correspondence:
     """Rows of the nodes that have a partner put among those that have none."""
     triangles = np.full(len(found), -1, dtype=np.int64)

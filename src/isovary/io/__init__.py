@@ -1,4 +1,4 @@
-"""The door for files: scalar fields in.
+"""The door for files: scalar fields in, results out.
 
 Every reader keeps spacing and origin, checks the file against its own header
 before it allocates, and ends in a :class:`~isovary.errors.FileError` rather

@@ -34,7 +34,7 @@ def main(path: str, array: str, output: str) -> dict[str, Any]:
         "count": 0 if data is None else data.GetNumberOfTuples(),
     }
     if data is not None and report["count"] == image.GetNumberOfPoints() and not report["log"]:
-        values = vtk_to_numpy(data)  # type: ignore[no-untyped-call]
+        values = vtk_to_numpy(data)
         values = values.reshape(image.GetDimensions()[::-1])
         np.save(output, values.transpose(2, 1, 0), allow_pickle=False)
     return report

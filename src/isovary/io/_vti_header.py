@@ -41,11 +41,12 @@ Attributes = dict[str, str]
 
 @dataclass
 class Array:
-    """A DataArray: where it stands, its attributes, and how long its text is."""
+    """A DataArray: where it stands, its attributes, its text's characters and words."""
 
     section: str
     attributes: Attributes
     length: int = 0
+    words: int = 0
 
 
 @dataclass
@@ -58,13 +59,18 @@ class Piece:
 
 @dataclass
 class Header:
-    """What the XML declares; ``appended`` is the tag of the appended data and its byte."""
+    """What the XML declares.
+
+    ``appended`` is the tag of the appended data and its byte, ``others`` whether there are
+    arrays outside of the pieces.
+    """
 
     root: Attributes = field(default_factory=dict)
     image: Attributes = field(default_factory=dict)
     pieces: list[Piece] = field(default_factory=list)
     active: str | None = None
     appended: tuple[Attributes, int] = field(default_factory=lambda: ({}, 0))
+    others: bool = False
 
     def named(self, section: str) -> dict[str, Attributes]:
         """Attributes of the arrays of PointData or CellData, by name."""
@@ -93,6 +99,7 @@ class _Parser:
         self.expat.EntityDeclHandler = self.doctype
         self._section = ""
         self._array: Array | None = None
+        self._inside_word = False
 
     def doctype(self, *_: object) -> NoReturn:
         raise FileError(
@@ -117,9 +124,13 @@ class _Parser:
         elif tag == "AppendedData":
             header.appended = attributes, self.expat.CurrentByteIndex
             raise _Done
-        elif tag in ("DataArray", "Array") and self._section and header.pieces:
+        elif tag in ("DataArray", "Array"):
+            if not self._section or not header.pieces:
+                header.others = True
+                return
             self._array = Array(self._section, attributes)
             header.pieces[-1].arrays.append(self._array)
+            self._inside_word = False
 
     def end(self, tag: str) -> None:
         if tag == self._section:
@@ -129,7 +140,11 @@ class _Parser:
 
     def text(self, data: str) -> None:
         if self._array is not None:
-            self._array.length += sum(map(len, data.split()))
+            words = data.split()
+            self._array.length += sum(map(len, words))
+            goes_on = self._inside_word and not data[0].isspace()  # expat cuts where it likes
+            self._array.words += len(words) - goes_on
+            self._inside_word = not data[-1].isspace()
 
 
 def read_header(path: Path) -> Header:
@@ -242,27 +257,35 @@ def check_room(path: Path, header: Header, attributes: Attributes, count: int) -
 
 
 def check_lengths(path: Path, header: Header) -> None:
-    """FileError F03 if uncompressed binary data are shorter than declared.
+    """FileError F03 if text or uncompressed data are shorter or longer than declared.
 
     Compressed data need no check: VTK notices when a block does not unpack.
     """
-    if header.root.get("compressor"):
-        return
+    packed = bool(header.root.get("compressor"))
     word = 8 if header.root.get("header_type") == "UInt64" else 4
+    at_end = []
     for piece in header.pieces:
         shape = np.diff(extent(path, piece.attributes, "Extent"))[:, 0] + 1
         for array in piece.arrays:
             kind = array.attributes.get("format", "ascii")
             each = BYTES.get(array.attributes.get("type", ""))
-            if each is None or kind == "ascii":
+            if each is None or (packed and kind != "ascii"):
                 continue
             counts = shape if array.section == "PointData" else np.maximum(shape - 1, 1)
             components = numbers(path, array.attributes, "NumberOfComponents", "1")
-            need = math.prod(counts.tolist()) * int(components[0]) * each
+            values = math.prod(counts.tolist()) * int(components[0])
             if kind == "appended":
-                _check_appended(path, header, array, word, need)
-            elif array.length < _encoded(word + need):
-                _short(path, array, need)
+                at_end.append(_check_appended(path, header, array, word, values * each))
+            elif kind == "ascii" and array.words != values:
+                _short(path, array, f"{values} values", f"{array.words}")
+            elif kind == "binary" and array.length != _encoded(word + values * each):
+                _short(path, array, f"{values * each} bytes", "another number")
+    if at_end and not any(at_end) and not header.others:
+        raise FileError(
+            "F03",
+            f"{path}: expected the last array to end where the appended data do, got bytes left "
+            "over; the file is damaged, for example by a text-mode transfer, copy it again",
+        )
 
 
 def _encoded(count: int) -> int:
@@ -270,16 +293,19 @@ def _encoded(count: int) -> int:
     return 4 * -(-count // 3)
 
 
-def _short(path: Path, array: Array, need: int) -> NoReturn:
+def _short(path: Path, array: Array, expected: str, got: str) -> NoReturn:
     raise FileError(
         "F03",
-        f"{path}: expected {need} bytes of array {array.attributes.get('Name')!r}, got fewer "
-        "or bytes out of place; the file is truncated or damaged, write or copy it again",
+        f"{path}: expected {expected} of array {array.attributes.get('Name')!r}, got {got}; "
+        "the file is truncated or damaged, write or copy it again",
     )
 
 
-def _check_appended(path: Path, header: Header, array: Array, word: int, need: int) -> None:
-    """The array's length word, at its offset, and room for it before the closing tag."""
+def _check_appended(path: Path, header: Header, array: Array, word: int, need: int) -> bool:
+    """Check the length word at the array's offset, and that the array ends before the tag closes.
+
+    Returns whether nothing but blanks stands between its end and the closing tag.
+    """
     attributes, tag = header.appended
     raw = attributes.get("encoding", "raw") == "raw"
     offset = int(numbers(path, array.attributes, "offset", "0")[0])
@@ -298,4 +324,7 @@ def _check_appended(path: Path, header: Header, array: Array, word: int, need: i
     except ValueError:
         stated = b""
     if first + length > close or int.from_bytes(stated, "big" if big else "little") != need:
-        _short(path, array, need)
+        _short(path, array, f"{need} bytes", "fewer, or bytes out of place")
+    with path.open("rb") as stream:
+        stream.seek(first + length)
+        return not stream.read(min(close - first - length, 4096)).strip()

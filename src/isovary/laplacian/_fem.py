@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import MeshError
-from ..geometry import Floats, Ints, quadrature, shape_functions, shape_gradients
+from ..geometry import Floats, Ints, quadrature, shape_functions, shape_gradients, tangents
 from ..records import Laplacian, Surface
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ def fem(surface: Surface) -> Laplacian:
     barycentric, weights = quadrature()
     values = shape_functions(barycentric, surface.order)
     by_barycentric = shape_gradients(barycentric, surface.order)
-    jacobian = np.einsum("mid,qik->mqdk", surface.points[surface.triangles], by_barycentric)
+    jacobian = tangents(surface.points, surface.triangles, barycentric)
     root = _metric_root(jacobian)
     measure = root * (weights / 2)
     inverse = np.linalg.inv(np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian))

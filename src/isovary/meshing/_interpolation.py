@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..geometry import Floats
 from ..records import ScalarField
 
 
@@ -80,7 +81,7 @@ def better_interpolation(field: ScalarField, isovalue: float) -> ScalarField:
     return replace(field, logarithmic=bool(logarithmic))
 
 
-def _held_out(field: ScalarField, isovalue: float) -> tuple[np.ndarray, np.ndarray]:
+def _held_out(field: ScalarField, isovalue: float) -> tuple[Floats, Floats]:
     """Positions and values of samples left out of the half grid, next to the isosurface."""
     last = [count - 1 - (count - 1) % 2 for count in field.values.shape]
     inner = field.values[: last[0] + 1, : last[1] + 1, : last[2] + 1]

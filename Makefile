@@ -1,0 +1,72 @@
+# isovary: `make demo` on a fresh machine ends with a picture; `make` lists the rest.
+#
+# The environment lives in .venv and is set up once, behind stamp files: it is
+# renewed when pyproject.toml or constraints.txt change. uv is used when it is
+# there and reaches the packages, pip otherwise. GNU make 3.81 or newer.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.stamp
+
+# $(call install,[extra]): this package, editable, with its pinned dependencies
+install = { command -v uv >/dev/null 2>&1 \
+	  && uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.$(1)'; } \
+	|| $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.$(1)'
+
+.PHONY: help demo test check docs bench clean distclean
+
+help:
+	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
+	@echo 'make test       run the tests and the examples in the docstrings'
+	@echo 'make check      ruff (lint and format) and mypy --strict'
+	@echo 'make docs       build the documentation into docs/_build'
+	@echo 'make bench      run the benchmarks'
+	@echo 'make clean      remove what was built; make distclean removes $(VENV) too'
+	@echo
+	@echo 'PYTHON=python3.12 chooses the interpreter (3.11 to 3.14); ARGS="-k house" goes to pytest.'
+
+demo: $(STAMP)
+	$(BIN)/isovary demo -o isovary-demo
+
+test: $(STAMP)-test
+	$(BIN)/python -m pytest $(ARGS)
+
+check: $(STAMP)-check
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+
+docs: $(STAMP)-docs
+	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build
+	@echo 'open docs/_build/index.html'
+
+bench: $(STAMP)
+	$(BIN)/python benchmarks/run.py
+
+$(STAMP): pyproject.toml constraints.txt
+	@command -v $(PYTHON) >/dev/null 2>&1 || { \
+	  echo 'isovary needs Python 3.11 to 3.14, but there is no $(PYTHON). Install one, or name it: make PYTHON=python3.12 ...' >&2; \
+	  exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' || { \
+	  echo "isovary needs Python 3.11 to 3.14, but $(PYTHON) is $$($(PYTHON) --version 2>&1). Name another: make PYTHON=python3.12 ..." >&2; \
+	  exit 1; }
+	@echo 'Setting up $(VENV); this takes a minute or two, once.'
+	@rm -f $(STAMP)*
+	@{ command -v uv >/dev/null 2>&1 \
+	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(VENV); } \
+	|| $(PYTHON) -m venv $(VENV) || { \
+	  echo 'The environment could not be made. On Debian or Ubuntu: apt-get install python3-venv' >&2; exit 1; }
+	@$(call install)
+	@touch $@
+
+$(STAMP)-%: $(STAMP)
+	@$(call install,[$*])
+	@touch $@
+
+clean:
+	rm -rf build dist isovary-demo out docs/_build .pytest_cache .mypy_cache .ruff_cache
+	find src tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
+
+distclean: clean
+	rm -rf $(VENV)

@@ -1,0 +1,249 @@
+"""The command line: ``isovary demo``, ``isovary info``, ``isovary compare``.
+
+Exit codes: 0 done, 1 the data cannot be compared (the message says why),
+2 wrong usage.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from cyclopts import App, CycloptsError, Parameter
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+from . import __version__, closest_point, compare, contour, normal_rays, read_field, topology
+from .comparison import Comparison, Match
+from .data import water_pair
+from .errors import ArgumentError, IsovaryError
+from .io._results import save
+from .meshing import interpolation_errors
+from .records import ScalarField
+
+_MATCHES: dict[str, Match | None] = {
+    "carried": None,
+    "normal-rays": normal_rays,
+    "closest-point": closest_point,
+}
+_DEMO_ISOVALUE = 0.05
+_QUANTILES = (0.5, 0.9, 0.99)
+
+app = App(
+    name="isovary",
+    help="Intrinsic change of isosurfaces between simulation runs.",
+    version=__version__,
+)
+_err = Console(stderr=True, highlight=False)
+_out = Console(highlight=False)
+
+
+def main() -> None:
+    """Run the command line; never returns."""
+    try:
+        app(exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        _fail(f"{error}\nTry: isovary --help", 2)
+    except ArgumentError as error:
+        _fail(str(error), 2)
+    except IsovaryError as error:
+        _fail(str(error), 1)
+    except KeyboardInterrupt:
+        _fail("stopped; nothing was written", 130)
+    sys.exit(0)
+
+
+def _fail(message: str, code: int) -> None:
+    _err.print(f"isovary: {message}", markup=False, soft_wrap=True)
+    sys.exit(code)
+
+
+@app.command
+def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("isovary-demo")) -> None:
+    """Compare the two electron densities of water that ship with isovary.
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    """
+    base, perturbed = water_pair()
+    _out.print("Water: one O-H bond goes from 0.95 to 1.00 angstrom; isosurface at 0.05 e/bohr^3.")
+    _run(base, perturbed, _DEMO_ISOVALUE, out, lambda path: read_field(path), {})
+
+
+@app.command(name="compare")
+def compare_files(
+    base: Path,
+    perturbed: Path,
+    /,
+    *,
+    isovalue: float,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    array: str | None = None,
+    perturbed_array: str | None = None,
+    spacing: tuple[float, float, float] | None = None,
+    origin: tuple[float, float, float] | None = None,
+    vertices: int | None = None,
+    order: Literal[1, 2] = 2,
+    eigenpairs: int = 300,
+    times: int = 100,
+    groups: int = 3,
+    correspondence: Literal["carried", "normal-rays", "closest-point"] = "carried",
+    seed: int = 7,
+) -> None:
+    """Compare the isosurfaces of two fields and write pictures, data and a report.
+
+    Parameters
+    ----------
+    base
+        Field file: .vti, .npy, .npz, .cube or .cube.gz.
+    perturbed
+        Field file of the run to compare with.
+    isovalue
+        Value of both isosurfaces, in the fields' unit.
+    out
+        Folder for the results; an earlier result in it is replaced.
+    array
+        Array to read, where a file holds several; "s[3]" takes index 3 of a 4-D array.
+    perturbed_array
+        The same for the perturbed file. Default: as --array.
+    spacing
+        Distance of samples along x, y, z for .npy and .npz files.
+    origin
+        Position of the first sample for .npy and .npz files.
+    vertices
+        Vertices of the base mesh. Default: the accuracy decides.
+    order
+        2: curved quadratic elements; 1: flat linear ones.
+    eigenpairs
+        Number of eigenpairs.
+    times
+        Number of diffusion times.
+    groups
+        Number of groups of changed nodes.
+    correspondence
+        carried: one mesh follows the field; the others mesh both isosurfaces independently.
+    seed
+        Seed of the grouping.
+    """
+
+    def read(path: Path) -> ScalarField:
+        name = (perturbed_array or array) if path is perturbed else array
+        return read_field(path, name, spacing=spacing, origin=origin)
+
+    options = {
+        "vertices": vertices,
+        "order": order,
+        "pairs": eigenpairs,
+        "times": times,
+        "groups": groups,
+        "correspondence": _MATCHES[correspondence],
+        "rng": seed,
+    }
+    _run(base, perturbed, isovalue, out, read, options)
+
+
+@app.command
+def info(file: Path, /, *, array: str | None = None, isovalue: float | None = None) -> None:
+    """Tell what a field file holds, and with --isovalue what its isosurface is like.
+
+    Parameters
+    ----------
+    file
+        Field file: .vti, .npy, .npz, .cube or .cube.gz.
+    array
+        Array to read, where the file holds several.
+    isovalue
+        Value of the isosurface to describe.
+    """
+    field = read_field(file, array)
+    low, high = field.bounds
+    rows = {
+        "array": field.name,
+        "samples": " x ".join(map(str, field.values.shape)),
+        "spacing": _numbers(field.spacing),
+        "box": f"{_numbers(low)}  to  {_numbers(high)}",
+        "values": f"{field.values.min():.6g} to {field.values.max():.6g}",
+        "quantiles": "  ".join(
+            f"{q:.0%}: {v:.4g}"
+            for q, v in zip(
+                (0.5, 0.9, 0.99), np.quantile(field.values, (0.5, 0.9, 0.99)), strict=True
+            )
+        ),
+    }
+    if isovalue is not None:
+        surface = contour(field, isovalue)
+        errors = interpolation_errors(field, isovalue)
+        rows["isosurface"] = f"{topology(surface.triangles)}, area about {surface.area:.5g}"
+        rows["half-grid error"] = ", ".join(f"{k} {v:.2g}" for k, v in errors.items()) + " (length)"
+    for name, text in rows.items():
+        _out.print(f"{name:<16} {text}", markup=False, soft_wrap=True)
+
+
+def _numbers(values: np.ndarray) -> str:
+    return " ".join(f"{value:.6g}" for value in values)
+
+
+def _run(
+    base: Path,
+    perturbed: Path,
+    isovalue: float,
+    out: Path,
+    read: Callable[[Path], ScalarField],
+    options: Mapping[str, object],
+) -> None:
+    """Read, compare, save, and say what came out."""
+    start = time.perf_counter()
+    with _progress() as tell:
+        tell("reading", 0.0)
+        fields = read(base), read(perturbed)
+        reading = time.perf_counter() - start
+        result = compare(*fields, isovalue, progress=lambda s, d: tell(s, 0.75 * d), **options)  # type: ignore[arg-type]
+        files = {"base_file": str(base), "perturbed_file": str(perturbed)}
+        result = replace(
+            result,
+            choices={**files, **result.choices},
+            timings={"reading": reading, **result.timings},
+        )
+        save(result, out, progress=lambda s, d: tell(s, 0.75 + 0.25 * d))
+    _tell_result(result, out, time.perf_counter() - start)
+
+
+def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
+    norm = result.change_norm
+    lines = [
+        f"largest change  {np.nanmax(norm):.3g} (mean over times, relative to the mean signature)",
+        f"noise floor     {result.relative_noise:.2g} of the change (rms)",
+        f"significant     {result.significant.mean():.0%} of {len(norm)} nodes",
+        f"coverage        {result.coverage:.1%}",
+        f"time            {seconds:.0f} s",
+        f"open            {out / 'report.html'}",
+    ]
+    for line in lines:
+        _out.print(line, markup=False, soft_wrap=True)
+    for note in result.notes:
+        _out.print(f"note: {note}", markup=False, soft_wrap=True)
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, float], None]]:
+    """A bar with the stage and the time left on a terminal, a line a stage elsewhere."""
+    if not _err.is_terminal:
+        yield lambda stage, done: _err.print(f"{done:4.0%}  {stage}")
+        return
+    columns = (
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f}%  {task.description}"),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=_err, transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+        yield lambda stage, done: bar.update(task, description=stage, completed=done)
