@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import SuperLU
 
-_DENSE_LIMIT = 3  # below this many unknowns per wanted pair, LAPACK is as fast and never misses
+_DENSE_SIZE, _DENSE_RATIO = 1000, 4  # so small, or so few unknowns a pair: LAPACK is as fast
 _START_SEED = 20130808
 _BLOCK = 16
 _LANCZOS_TOLERANCE = 1e-8
@@ -76,7 +76,8 @@ def eigenpairs(laplacian: Laplacian, count: int = 300) -> Eigenpairs:
     area = laplacian.area
     mass = laplacian.mass / area
     found = min(count + max(4, count // 50), size - 1)
-    solve = _dense if found * _DENSE_LIMIT >= size else _certified
+    small = size <= max(_DENSE_SIZE, _DENSE_RATIO * found)
+    solve = _dense if small else _certified
     values, vectors = solve(laplacian.stiffness, mass, found)
     values, vectors = _clamp(values[:count]), vectors[:, :count]
     residuals = _residuals(laplacian.stiffness, mass, values, vectors)

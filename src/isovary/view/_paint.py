@@ -1,0 +1,169 @@
+"""What is drawn at each node or piece of surface, and in which colour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_rgb
+
+from ..comparison import Comparison
+from ..difference import change_norm
+from ..geometry import Floats
+from ._tessellate import at_pieces, nearest_nodes
+
+NEUTRAL = to_rgb("#d5d5d5")
+"""No significant change, no group."""
+
+NO_PARTNER = to_rgb("#6b6b6b")
+"""Nothing known: the node has no partner on the perturbed surface. Hatched with NO_PARTNER_2."""
+
+NO_PARTNER_2 = to_rgb("#a0a0a0")
+
+NORM_MAP, MOVE_MAP = "viridis", "RdBu_r"
+
+_GROUP_COLORS = ("#56b4e9", "#e69f00", "#d55e00", "#009e73", "#cc79a7", "#0072b2", "#f0e442")
+# Okabe and Ito (2008), seen apart by colour-blind readers.
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """What is known at k places of the base surface.
+
+    Parameters
+    ----------
+    norm, noise : array (k,)
+        Norm of the change and of its noise floor; NaN without a partner.
+    margin, group_margin : array (k,)
+        Positive where the change is significant; where the place has a group.
+    scores : array (k, groups)
+        The smallest tells the group.
+    displacement : array (k,)
+        Along the normal; length.
+    known : array (k,)
+        1 where there is a partner, else 0.
+    """
+
+    norm: Floats
+    noise: Floats
+    margin: Floats
+    group_margin: Floats
+    scores: Floats
+    displacement: Floats
+    known: Floats
+
+    @property
+    def groups(self) -> np.ndarray:
+        """Group of each place, -1 for none."""
+        if self.scores.shape[1] == 0:
+            return np.full(len(self.norm), -1)
+        best = np.nan_to_num(self.scores, nan=np.inf).argmin(axis=1)
+        return np.where((self.group_margin > 0) & (self.known > 0), best, -1)
+
+
+def node_samples(result: Comparison) -> Samples:
+    """What is known at the nodes of the base."""
+    norm, noise = result.change_norm, change_norm(result.noise_floor)
+    excess = np.abs(np.nan_to_num(norm - noise)) + np.finfo(float).tiny
+    labels = result.clusters.labels
+    return Samples(
+        norm=norm,
+        noise=noise,
+        margin=np.where(result.significant, excess, -excess),
+        group_margin=np.where(labels >= 0, excess, -excess),
+        scores=_scores(result),
+        displacement=result.correspondence.distance,
+        known=result.correspondence.found.astype(float),
+    )
+
+
+def piece_samples(result: Comparison, split: int) -> Samples:
+    """The same at the middle of each piece; its nearest node tells whether it has a partner.
+
+    Borders of significance and of groups run where interpolated values cross,
+    so they are smooth and still agree with every node.
+    """
+    nodes = node_samples(result)
+    inside = {
+        f.name: at_pieces(result.base, split, getattr(nodes, f.name)) for f in fields(Samples)
+    }
+    inside["known"] = nodes.known[nearest_nodes(result.base, split)]
+    return Samples(**inside)
+
+
+def _scores(result: Comparison) -> Floats:
+    """Distances of each node to the group centers, made to agree with the labels."""
+    centers, labels = result.clusters.centers, result.clusters.labels
+    if len(centers) == 0:
+        return np.empty((len(labels), 0))
+    scores = np.column_stack([change_norm(result.change - center) for center in centers])
+    rows = np.flatnonzero((labels >= 0) & np.isfinite(scores).all(axis=1))
+    nearest, own = scores[rows].argmin(axis=1), labels[rows]
+    first, second = scores[rows, nearest], scores[rows, own]
+    scores[rows, own], scores[rows, nearest] = first, np.where(own == nearest, first, second)
+    return scores
+
+
+def group_colors(count: int) -> Floats:
+    """A colour for each group (count, 3)."""
+    if count <= len(_GROUP_COLORS):
+        return np.array([to_rgb(c) for c in _GROUP_COLORS[:count]]).reshape(-1, 3)
+    return np.asarray(colormaps["turbo"](np.linspace(0.05, 0.95, count)))[:, :3]
+
+
+def paint_norm(samples: Samples, limit: float) -> Floats:
+    """Change norm from 0 to ``limit``; neutral where it is not significant (k, 3)."""
+    colors = _mapped(NORM_MAP, samples.norm / (limit or 1.0))
+    colors[~(samples.margin > 0)] = NEUTRAL
+    return _unknown(colors, samples)
+
+
+def paint_noise(samples: Samples, limit: float) -> Floats:
+    """Norm of the noise floor on the change's own scale (k, 3)."""
+    return _unknown(_mapped(NORM_MAP, samples.noise / (limit or 1.0)), samples)
+
+
+def paint_displacement(samples: Samples, limit: float) -> Floats:
+    """Displacement along the normal, from -limit to limit; all neutral if the limit is 0 (k, 3)."""
+    if limit == 0:
+        colors = np.tile(NEUTRAL, (len(samples.norm), 1))
+    else:
+        colors = _mapped(MOVE_MAP, 0.5 + samples.displacement / (2 * limit))
+    return _unknown(colors, samples)
+
+
+def paint_groups(samples: Samples) -> Floats:
+    """Each group in its colour, neutral where there is none (k, 3)."""
+    palette = np.vstack([group_colors(samples.scores.shape[1]), NEUTRAL])
+    return _unknown(palette[samples.groups], samples)
+
+
+def hatched(colors: Floats, samples: Samples, places: Floats) -> Floats:
+    """The colours (k, 3) with stripes in space over the places (k, 3) without a partner."""
+    width = 0.03 * float(np.ptp(places, axis=0).max())
+    odd = np.floor(places.sum(axis=1) / width) % 2 == 1
+    return np.where(((samples.known == 0) & odd)[:, None], NO_PARTNER_2, colors)
+
+
+def norm_limit(result: Comparison) -> float:
+    """Upper end of the colour scale: the largest significant norm, 0 if there is none."""
+    shown = result.change_norm[result.significant]
+    return float(np.nanmax(shown)) if len(shown) else 0.0
+
+
+def move_limit(result: Comparison) -> float:
+    """End of the displacement's scale: its largest size, 0 if nothing moved."""
+    known = result.correspondence.distance[result.correspondence.found]
+    limit = float(np.abs(known).max()) if len(known) else 0.0
+    size = float(np.ptp(result.base.points, axis=0).max())
+    return limit if limit > 1e-12 * size else 0.0
+
+
+def _mapped(name: str, values: Floats) -> Floats:
+    return np.asarray(colormaps[name](np.clip(np.nan_to_num(values), 0.0, 1.0)))[:, :3]
+
+
+def _unknown(colors: Floats, samples: Samples) -> Floats:
+    colors[samples.known == 0] = NO_PARTNER
+    return colors

@@ -1,0 +1,62 @@
+"""A scene drawn by VTK into an image, shown in matplotlib axes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+from matplotlib.axes import Axes
+
+from ..geometry import Floats
+from ._camera import Camera
+from ._scene import AMBIENT, DIFFUSE, LINE_COLOR, Scene
+
+_FINER = 2  # pixels drawn for one shown, averaged: smooth edges on every driver
+
+
+def draw(axes: Axes, scene: Scene, camera: Camera) -> None:
+    """Draw a scene into axes whose limits are lengths in the camera's plane."""
+    window = (*axes.get_xlim(), *axes.get_ylim())
+    box = axes.get_window_extent()
+    pixels = (max(int(round(box.width)), 1), max(int(round(box.height)), 1))
+    image = _image(scene, camera, window, pixels)
+    axes.imshow(image, extent=window, aspect="auto", interpolation="antialiased")
+
+
+def _image(
+    scene: Scene, camera: Camera, window: tuple[float, ...], pixels: tuple[int, int]
+) -> Floats:
+    """RGB image (height, width, 3) of the window, white where nothing is."""
+    size = [_FINER * n for n in pixels]
+    plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none")
+    try:
+        plotter.set_background("white")
+        plotter.add_light(pv.Light(light_type="headlight"))
+        mesh = pv.PolyData.from_regular_faces(scene.pieces.points, scene.pieces.triangles)
+        mesh.point_data.active_normals = scene.pieces.normals
+        mesh.cell_data["color"] = np.round(255 * scene.colors).astype(np.uint8)
+        plotter.add_mesh(
+            mesh, scalars="color", rgb=True, ambient=AMBIENT, diffuse=DIFFUSE, specular=0.0
+        ).prop.interpolation = "Phong"
+        if scene.lines is not None and len(scene.lines):
+            lines = pv.line_segments_from_points(scene.lines.reshape(-1, 3))
+            plotter.add_mesh(lines, color=LINE_COLOR, line_width=_FINER * 0.9, lighting=False)
+        _aim(plotter, camera, window)
+        image = np.asarray(plotter.screenshot(return_img=True), dtype=float) / 255
+    finally:
+        plotter.close()
+    blocks = image.reshape(pixels[1], _FINER, pixels[0], _FINER, 3)
+    return blocks.mean(axis=(1, 3))
+
+
+def _aim(plotter: pv.Plotter, camera: Camera, window: tuple[float, ...]) -> None:
+    left, right, bottom, top = window
+    depth = camera.high[2] - camera.low[2]
+    middle = np.array([(left + right) / 2, (bottom + top) / 2, (camera.low + camera.high)[2] / 2])
+    focus = middle @ camera.axes
+    distance = 2 * (depth + right - left)
+    plotter.camera.focal_point = focus
+    plotter.camera.position = focus + distance * camera.axes[2]
+    plotter.camera.up = camera.axes[1]
+    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_scale = (top - bottom) / 2
+    plotter.camera.clipping_range = (distance - 2 * depth, distance + 2 * depth)

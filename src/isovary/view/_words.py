@@ -1,0 +1,108 @@
+"""The verdict and the facts of a comparison in words, the same for picture and report."""
+
+from __future__ import annotations
+
+from importlib.metadata import version
+from textwrap import shorten
+
+import numpy as np
+
+from ..comparison import Comparison
+from ..geometry import Floats, Ints
+from ._paint import norm_limit
+
+UNITS = "Lengths in the field's own unit."
+
+
+def percent(share: float) -> str:
+    """A share in percent to two digits; only a whole is 100 %.
+
+    Examples
+    --------
+    >>> percent(0.0113), percent(0.25), percent(0.9996), percent(1.0), percent(0.0)
+    ('1.1 %', '25 %', '> 99.9 %', '100 %', '0 %')
+    """
+    value = 100 * share
+    if 99.95 <= value < 100 * (1 - 1e-9):
+        return "> 99.9 %"
+    if value >= 99:
+        return f"{value:.4g} %"
+    return f"{value:.0f} %" if value >= 10 else f"{value:.2g} %"
+
+
+def title(result: Comparison) -> str:
+    """Which isosurface: the field's name, cut to sixty characters, and the isovalue."""
+    name = str(result.choices.get("field", "field")) or "field"
+    return f"{shorten(name, 60, placeholder='…')} = {result.isovalue:g}"
+
+
+def peak(result: Comparison) -> int | None:
+    """The node that changed most: of the significant ones, else of all; None without change."""
+    norm = np.nan_to_num(result.change_norm, nan=-1.0)
+    shown = np.where(result.significant, norm, -1.0)
+    best = int((shown if result.significant.any() else norm).argmax())
+    return best if norm[best] > 0 else None
+
+
+def verdict(result: Comparison, significant_share: float) -> str:
+    """What was found, in one sentence.
+
+    Parameters
+    ----------
+    result : Comparison
+    significant_share : float
+        Part of the area above the noise floor.
+    """
+    marked = peak(result)
+    if marked is None:
+        return "No change: the two isosurfaces are identical"
+    if not result.significant.any():
+        most = percent(float(result.change_norm[marked]))
+        return f"No significant change: the largest, {most}, is not above the noise floor"
+    return (
+        f"Intrinsic shape changed by up to {percent(norm_limit(result))}; "
+        f"{percent(significant_share)} of the surface changed more than the numerical noise"
+    )
+
+
+def facts(result: Comparison) -> dict[str, str]:
+    """Counts and choices that made the result, by name."""
+    nodes, vertices = len(result.base.points), len(np.unique(result.base.corners))
+    times, choices = result.times, result.choices
+    shape = "curved quadratic" if result.base.order == 2 else "flat linear"
+    areas = result.base_pairs.area, result.perturbed_pairs.area
+    return {
+        "mesh": f"{vertices:,} vertices, {nodes:,} nodes, {shape} elements".replace(",", "\u2009"),
+        "eigenpairs": str(len(result.base_pairs.values)),
+        "times": f"{len(times)}, {times[0]:.3g} to {times[-1]:.3g} (length²)",
+        "correspondence": f"{choices.get('correspondence', '?')}, "
+        f"{percent(result.coverage)} of the nodes have a partner",
+        "scaling": str(choices.get("scaling", "?")),
+        "interpolation": str(choices.get("interpolation", "?")),
+        "noise floor": f"{percent(result.relative_noise)} of the change (rms)",
+        "topology": _shape(result),
+        "area": f"base {areas[0]:.5g}, perturbed {areas[1]:.5g} "
+        f"({100 * (areas[1] / areas[0] - 1):+.2g} %)",
+        "isovary": version("isovary"),
+    }
+
+
+def _shape(result: Comparison) -> str:
+    t = result.topology
+    parts = [
+        f"{t.components} component" + "s" * (t.components != 1),
+        f"genus {t.genus}",
+        f"{t.boundary_loops} boundary loops" if t.boundary_loops else "closed",
+    ]
+    return ", ".join(parts)
+
+
+def group_shares(groups: Ints, areas: Floats, norm: Floats, count: int) -> list[tuple[float, float]]:
+    """Part of the area and area-weighted mean norm of each group, NaN for an empty one."""
+    shares = []
+    for group in range(count):
+        inside = areas * (groups == group)
+        total = inside.sum()
+        mean = float(inside @ np.nan_to_num(norm) / total) if total > 0 else float("nan")
+        shares.append((float(total / areas.sum()), mean))
+    return shares
