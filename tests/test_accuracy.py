@@ -115,7 +115,7 @@ def test_rolled_sheet_is_isometric():
 
 
 def test_small_times_show_gaussian_curvature():
-    """Oracle: analytic. (4 pi t HKS - 1) / t -> K / 3, with K = c^2 at the tip and 1 / c^2 at the waist."""
+    """Oracle: analytic. (4 pi t HKS - 1) / t -> K / 3; K = c^2 at the tip, 1 / c^2 at the waist."""
     axis = 1.5
     surface = iv.marching_cubes(ellipsoid_field((1, 1, axis)), ELLIPSOID_ISOVALUE, vertices=1000)
     pairs = iv.eigenpairs(iv.fem(surface), 300)

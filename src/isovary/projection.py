@@ -59,7 +59,7 @@ def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
         with np.errstate(divide="ignore", invalid="ignore"):
             step = -(level / square)[:, None] * gradient
         length = np.linalg.norm(step, axis=1, keepdims=True)
-        step *= np.minimum(1.0, longest / np.maximum(length, 1e-300))
+        step *= longest / np.maximum(length, longest)
         moved[active] = np.clip(moved[active] + step, low, high)
         active = active[~(length[:, 0] <= rounding)]
         if len(active) == 0:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 
 _DENSE_SIZE, _DENSE_RATIO = 1000, 4  # so small, or so few unknowns a pair: LAPACK is as fast
 _START_SEED = 20130808
-_BLOCK = 16
+_SMALLEST_GAP = 1e-7  # relative: below it, two eigenvalues are one to the solver
+_BLOCK, _WIDEST = 16, 128  # columns of the first and the last start's block
 _LANCZOS_TOLERANCE = 1e-8
 _RESIDUAL_LIMIT = 1e-6
 
@@ -28,7 +29,7 @@ def eigenpairs(laplacian: Laplacian, count: int = 300) -> Eigenpairs:
     vector: the same input gives the same pairs. Sylvester's law of inertia
     (signs of the pivots of stiffness - s mass) then proves that the number of
     eigenvalues below s is the number found; a missed copy of a repeated
-    eigenvalue leads to another start, then to an error.
+    eigenvalue leads to another start with a wider block, then to an error.
 
     Parameters
     ----------
@@ -46,7 +47,7 @@ def eigenpairs(laplacian: Laplacian, count: int = 300) -> Eigenpairs:
     ArgumentError
         M09 if the laplacian has fewer than count + 2 unknowns.
     SpectrumError
-        S01 if eigenvalues are missing after three starts, S02 if a residual is too large.
+        S01 if eigenvalues stay missing, S02 if a residual is too large.
 
     Notes
     -----
@@ -75,11 +76,10 @@ def eigenpairs(laplacian: Laplacian, count: int = 300) -> Eigenpairs:
         )
     area = laplacian.area
     mass = laplacian.mass / area
-    found = min(count + max(4, count // 50), size - 1)
-    small = size <= max(_DENSE_SIZE, _DENSE_RATIO * found)
+    small = size <= max(_DENSE_SIZE, _DENSE_RATIO * count)
     solve = _dense if small else _certified
-    values, vectors = solve(laplacian.stiffness, mass, found)
-    values, vectors = _clamp(values[:count]), vectors[:, :count]
+    values, vectors = solve(laplacian.stiffness, mass, count)
+    values = _clamp(values)
     residuals = _residuals(laplacian.stiffness, mass, values, vectors)
     if residuals.max() > _RESIDUAL_LIMIT:
         raise SpectrumError(
@@ -100,24 +100,34 @@ def _dense(stiffness: csr_array, mass: csr_array, count: int) -> tuple[Floats, F
 
 
 def _certified(stiffness: csr_array, mass: csr_array, count: int) -> tuple[Floats, Floats]:
-    """Lanczos pairs whose number below the widest late gap agrees with the inertia there."""
-    for attempt in range(3):
-        values, vectors = _block_lanczos(stiffness, mass, count, _START_SEED + attempt)
-        late = values[-max(count // 50, 4) - 1 :]
-        gap = int(np.argmax(np.diff(late)))
-        shift = (late[gap] + late[gap + 1]) / 2
-        expected = count_below(stiffness, mass, shift)
-        if expected == int((values < shift).sum()):
-            return values, vectors
+    """Lanczos pairs whose number below a gap at or behind the last one agrees with the inertia.
+
+    A few more pairs than wanted are solved for, so that a gap can be found there, and
+    four times more where they all belong to one multiplet. A block finds as many copies
+    of an eigenvalue as it has columns, so it is doubled when copies are missing.
+    """
+    extra, width = max(8, count // 20), _BLOCK
+    while width <= _WIDEST and extra <= mass.shape[0]:
+        found = min(count + extra, mass.shape[0] // 2)
+        values, vectors = _block_lanczos(stiffness, mass, found, width)
+        gaps = np.diff(values[count - 1 :])
+        last = count + int(np.argmax(gaps))  # pairs up to the gap
+        shift = (values[last - 1] + values[last]) / 2
+        if gaps.max() < _SMALLEST_GAP * values[-1]:
+            extra *= 4
+        elif count_below(stiffness, mass, shift) == last:
+            return values[:count], vectors[:, :count]
+        else:
+            width *= 2
     raise SpectrumError(
         "S01",
-        f"eigenvalues: expected {expected} below {shift:.6g} (unit area) by inertia, got "
-        f"{int((values < shift).sum())} after three starts; ask for a different number of pairs",
+        f"eigenvalues: expected the {last} found below {shift:.6g} (unit area) to be all, got "
+        "another number by inertia; ask for a different number of pairs",
     )
 
 
 def _block_lanczos(
-    stiffness: csr_array, mass: csr_array, count: int, seed: int
+    stiffness: csr_array, mass: csr_array, count: int, width: int
 ) -> tuple[Floats, Floats]:
     """Block Lanczos for (stiffness + mass)^-1 mass with full reorthogonalization.
 
@@ -127,14 +137,14 @@ def _block_lanczos(
     """
     size = mass.shape[0]
     factor = _factor(stiffness + mass)  # shift -1 at unit area: positive definite
-    limit = min(size - _BLOCK, 8 * count + 10 * _BLOCK) // _BLOCK * _BLOCK
+    limit = min(size - width, 8 * count + 10 * width) // width * width
     basis = np.empty((size, limit), order="F")
     projected = np.zeros((limit, limit))
-    start = np.random.default_rng(seed).standard_normal((size, _BLOCK))
+    start = np.random.default_rng(_START_SEED).standard_normal((size, width))
     block, _, _ = _orthonormalize(start, basis[:, :0], mass)
     check_at = 3 * count
-    for used in range(_BLOCK, limit + 1, _BLOCK):
-        last = slice(used - _BLOCK, used)
+    for used in range(width, limit + 1, width):
+        last = slice(used - width, used)
         basis[:, last] = block
         image = factor.solve(np.asfortranarray(mass @ block))
         block, coefficients, remainder = _orthonormalize(image, basis[:, :used], mass)
