@@ -67,6 +67,8 @@ def eigenpairs(laplacian: Laplacian, count: int = 300) -> Eigenpairs:
     >>> eigenpairs(fem(icosphere(3)), 9).values.round(2).tolist()
     [0.0, 2.0, 2.0, 2.0, 6.0, 6.0, 6.0, 6.0, 6.0]
     """
+    from threadpoolctl import threadpool_limits
+
     size = laplacian.mass.shape[0]
     if not 1 <= count <= size - 2:
         raise ArgumentError(
@@ -78,7 +80,8 @@ def eigenpairs(laplacian: Laplacian, count: int = 300) -> Eigenpairs:
     mass = laplacian.mass / area
     small = size <= max(_DENSE_SIZE, _DENSE_RATIO * count)
     solve = _dense if small else _certified
-    values, vectors = solve(laplacian.stiffness, mass, count)
+    with threadpool_limits(1, user_api="blas"):  # skinny products: more threads only wait
+        values, vectors = solve(laplacian.stiffness, mass, count)
     values = _clamp(values)
     residuals = _residuals(laplacian.stiffness, mass, values, vectors)
     if residuals.max() > _RESIDUAL_LIMIT:
