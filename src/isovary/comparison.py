@@ -330,13 +330,18 @@ def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int
             raise ArgumentError("A02", f"{name}: expected at least {least}, got {value}")
     if order not in (1, 2):
         raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
-    least = int(np.ceil(2.6 * pairs / (1 if order == 1 else 4)))
+    least = 13 * _fewest_vertices(order, pairs) // 10
     if vertices is not None and vertices < least:
         raise ArgumentError(
             "M09",
-            f"vertices: expected at least {least} for {pairs} eigenpairs on a mesh of half as many "
-            f"vertices, got {vertices}; ask for more vertices or fewer pairs",
+            f"vertices: expected at least {least} for {pairs} eigenpairs on this mesh and on the "
+            f"coarser one of the noise floor, got {vertices}; ask for more, or for fewer pairs",
         )
+
+
+def _fewest_vertices(order: int, pairs: int) -> int:
+    """Vertices whose nodes (one each, or four with order 2) are a quarter more than the pairs."""
+    return int(np.ceil(1.25 * pairs / (1 if order == 1 else 4)))
 
 
 def _facts(field: ScalarField) -> dict[str, object]:
@@ -389,9 +394,9 @@ def _refined(
 ) -> tuple[_Level, _Level, Floats]:
     """A level, the one with half its vertices, and the times; finer until the noise is small."""
     if vertices is None:
-        size = max(_FIRST_VERTICES[order], 3 * pairs // (1 if order == 1 else 4))
+        size = max(_FIRST_VERTICES[order], 2 * _fewest_vertices(order, pairs))
     else:
-        size = vertices // 2
+        size = max(vertices // 2, _fewest_vertices(order, pairs))
     walk.expected = float(3 * size)
     coarse, level = solve(size), solve(2 * size if vertices is None else vertices)
     while True:

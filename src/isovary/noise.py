@@ -15,12 +15,14 @@ def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change
     """Numerical error of a change at each node and time, from a second, coarser base mesh.
 
     The same comparison was made on two base meshes of one isosurface. Their
-    difference at corresponding places is squared, averaged over a neighbourhood
-    of four rings of nodes, and its root taken: a local root mean square, so that
-    a chance agreement at one node does not pass for accuracy. It is mostly the
-    coarser mesh's error and so, with half the vertices, overestimates that of
-    ``change`` two- (order 1) to fourfold (order 2). It does not contain what
-    both meshes share: the sampling of the fields and the number of eigenpairs.
+    difference d at corresponding places is squared, averaged over a
+    neighbourhood of four rings of nodes, and its root taken: a local root mean
+    square, so that a chance agreement at one node does not pass for accuracy.
+    With r times fewer vertices the coarser mesh errs r^order times more
+    (h^2 for flat, h^4 for curved elements), so the finer one errs by
+    d / (r^order - 1); the floor is that or d, whichever is larger. It does not
+    contain what both meshes share: the sampling of the fields and the number of
+    eigenpairs.
 
     Parameters
     ----------
@@ -28,7 +30,7 @@ def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change
         Base mesh with n nodes.
     change : array (n, T)
     coarse : Surface
-        Another mesh of the same isosurface, with n' nodes.
+        Another mesh of the same isosurface, with fewer vertices and n' nodes.
     coarse_change : array (n', T)
         The change computed on it, at the same times.
 
@@ -59,7 +61,13 @@ def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change
     total = _neighbourhood_mean(surface, np.where(known[:, None], square, 0.0))
     reached = weight[:, 0] > 0
     floor[reached] = np.sqrt(total[reached] / weight[reached])
-    return floor
+    return floor * max(1.0, 1.0 / (_refinement(surface, coarse) ** surface.order - 1.0))
+
+
+def _refinement(surface: Surface, coarse: Surface) -> float:
+    """How many times more vertices the finer mesh has, at least 1.05."""
+    fine, few = (len(np.unique(mesh.corners)) for mesh in (surface, coarse))
+    return max(fine / few, 1.05)
 
 
 def _neighbourhood_mean(surface: Surface, values: Floats) -> Floats:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import NullFormatter
+from matplotlib.axis import Axis
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ..comparison import Comparison
 from ..geometry import Floats
@@ -39,21 +40,29 @@ def curves_at(result: Comparison, node: int | None) -> Curves:
 
 def diffusion_length(times: Floats) -> Floats:
     """How far heat spreads in a time: sqrt(4 t), the width of the flat heat kernel."""
-    return np.sqrt(4 * np.maximum(times, 0.0))
+    length: Floats = np.sqrt(4 * np.maximum(times, 0.0))
+    return length
+
+
+def diffusion_time(length: Floats) -> Floats:
+    """The time in which heat spreads over a length."""
+    return length**2 / 4
 
 
 def draw_signatures(axes: Axes, times: Floats, curves: Curves) -> None:
     """Both signatures over the time, with the diffusion length on top."""
     axes.loglog(times, curves.base, color=BASE_COLOR, lw=2.2, label="base")
-    axes.loglog(times, curves.perturbed, color=PERTURBED_COLOR, lw=1.5, ls=(0, (4, 2)),
-                label="perturbed")
+    axes.loglog(
+        times, curves.perturbed, color=PERTURBED_COLOR, lw=1.5, ls=(0, (4, 2)), label="perturbed"
+    )
     axes.set_ylabel("heat kernel signature\n(1 / length²)")
-    axes.legend(frameon=False, loc="upper right")
+    axes.legend(frameon=False, loc="upper right", fontsize=8.5)
     axes.tick_params(labelbottom=False)
-    top = axes.secondary_xaxis("top", functions=(diffusion_length, lambda x: x**2 / 4))
+    top = axes.secondary_xaxis("top", functions=(diffusion_length, diffusion_time))  # type: ignore[arg-type]
     top.set_xlabel("diffusion length √(4t)")
-    for axis in (top.xaxis, axes.yaxis, axes.xaxis):
-        axis.set_minor_formatter(NullFormatter())
+    _round_ticks(top.xaxis)
+    _round_ticks(axes.xaxis)
+    axes.yaxis.set_minor_formatter(NullFormatter())
     _calm(axes)
 
 
@@ -67,12 +76,20 @@ def draw_change(axes: Axes, times: Floats, curves: Curves) -> None:
     axes.set_ylabel("scaled change\n(% of mean HKS)")
     axes.set_xlabel("diffusion time t (length²)")
     axes.set_xlim(times[0], times[-1])
+    _round_ticks(axes.xaxis)
     if not np.nan_to_num(curves.change).any():
         axes.set_ylim(-1, 1)
         axes.text(0.5, 0.62, "0 at every time", transform=axes.transAxes, ha="center")
     else:
-        axes.legend(frameon=False, loc="best")
+        axes.legend(frameon=False, loc="best", fontsize=8.5)
     _calm(axes)
+
+
+def _round_ticks(axis: Axis) -> None:
+    """Ticks of a logarithmic axis at 1, 2, 5 times the powers of ten, as plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _calm(axes: Axes) -> None:

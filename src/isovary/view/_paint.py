@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.colors import to_rgb
+from matplotlib.colors import Colormap, ListedColormap, to_rgb
 
 from ..comparison import Comparison
 from ..difference import change_norm
@@ -21,7 +21,10 @@ NO_PARTNER = to_rgb("#6b6b6b")
 
 NO_PARTNER_2 = to_rgb("#a0a0a0")
 
-NORM_MAP, MOVE_MAP = "viridis", "RdBu_r"
+NORM_MAP = colormaps["viridis"]
+
+MOVE_MAP = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
+"""Without its darkest ends, on which lines could not be seen."""
 
 _GROUP_COLORS = ("#56b4e9", "#e69f00", "#d55e00", "#009e73", "#cc79a7", "#0072b2", "#f0e442")
 # Okabe and Ito (2008), seen apart by colour-blind readers.
@@ -114,14 +117,14 @@ def group_colors(count: int) -> Floats:
 
 def paint_norm(samples: Samples, limit: float) -> Floats:
     """Change norm from 0 to ``limit``; neutral where it is not significant (k, 3)."""
-    colors = _mapped(NORM_MAP, samples.norm / (limit or 1.0))
+    colors = mapped(NORM_MAP, samples.norm / (limit or 1.0))
     colors[~(samples.margin > 0)] = NEUTRAL
     return _unknown(colors, samples)
 
 
 def paint_noise(samples: Samples, limit: float) -> Floats:
     """Norm of the noise floor on the change's own scale (k, 3)."""
-    return _unknown(_mapped(NORM_MAP, samples.noise / (limit or 1.0)), samples)
+    return _unknown(mapped(NORM_MAP, samples.noise / (limit or 1.0)), samples)
 
 
 def paint_displacement(samples: Samples, limit: float) -> Floats:
@@ -129,7 +132,7 @@ def paint_displacement(samples: Samples, limit: float) -> Floats:
     if limit == 0:
         colors = np.tile(NEUTRAL, (len(samples.norm), 1))
     else:
-        colors = _mapped(MOVE_MAP, 0.5 + samples.displacement / (2 * limit))
+        colors = mapped(MOVE_MAP, 0.5 + samples.displacement / (2 * limit))
     return _unknown(colors, samples)
 
 
@@ -160,8 +163,9 @@ def move_limit(result: Comparison) -> float:
     return limit if limit > 1e-12 * size else 0.0
 
 
-def _mapped(name: str, values: Floats) -> Floats:
-    return np.asarray(colormaps[name](np.clip(np.nan_to_num(values), 0.0, 1.0)))[:, :3]
+def mapped(colors: Colormap, values: Floats) -> Floats:
+    """Colours (k, 3) of values from 0 to 1."""
+    return np.asarray(colors(np.clip(np.nan_to_num(values), 0.0, 1.0)))[:, :3]
 
 
 def _unknown(colors: Floats, samples: Samples) -> Floats:

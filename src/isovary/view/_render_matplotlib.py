@@ -21,11 +21,11 @@ def draw(axes: Axes, scene: Scene, camera: Camera) -> None:
         ends = camera.project(scene.lines.reshape(-1, 3)).reshape(-1, 2, 3)
         corners = np.concatenate([corners, ends[:, [0, 1, 1]]])
         colors = np.concatenate([colors, np.tile(to_rgb(LINE_COLOR), (len(ends), 1))])
-        widths = np.concatenate([widths, np.full(len(ends), 0.45)])
+        widths = np.concatenate([widths, np.full(len(ends), 0.3)])
     order = corners[:, :, 2].mean(axis=1).argsort()
     axes.add_collection(
         PolyCollection(
-            corners[order, :, :2],
+            list(corners[order, :, :2]),
             facecolors=colors[order],
             edgecolors=colors[order],
             linewidths=widths[order],

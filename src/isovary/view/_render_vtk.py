@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pyvista as pv
 from matplotlib.axes import Axes
@@ -17,7 +19,7 @@ def draw(axes: Axes, scene: Scene, camera: Camera) -> None:
     """Draw a scene into axes whose limits are lengths in the camera's plane."""
     window = (*axes.get_xlim(), *axes.get_ylim())
     box = axes.get_window_extent()
-    pixels = (max(int(round(box.width)), 1), max(int(round(box.height)), 1))
+    pixels = (max(round(box.width), 1), max(round(box.height), 1))
     image = _image(scene, camera, window, pixels)
     axes.imshow(image, extent=window, aspect="auto", interpolation="antialiased")
 
@@ -26,12 +28,20 @@ def _image(
     scene: Scene, camera: Camera, window: tuple[float, ...], pixels: tuple[int, int]
 ) -> Floats:
     """RGB image (height, width, 3) of the window, white where nothing is."""
+    with pv.vtk_verbosity("off"):  # without a screen VTK tries X first and complains
+        return _shot(scene, camera, window, pixels)
+
+
+def _shot(
+    scene: Scene, camera: Camera, window: tuple[float, ...], pixels: tuple[int, int]
+) -> Floats:
     size = [_FINER * n for n in pixels]
     plotter = pv.Plotter(off_screen=True, window_size=size, lighting="none")
     try:
-        plotter.set_background("white")
+        plotter.set_background("white")  # type: ignore[arg-type]
         plotter.add_light(pv.Light(light_type="headlight"))
-        mesh = pv.PolyData.from_regular_faces(scene.pieces.points, scene.pieces.triangles)
+        faces: Any = scene.pieces.triangles
+        mesh = pv.PolyData.from_regular_faces(scene.pieces.points, faces)
         mesh.point_data.active_normals = scene.pieces.normals
         mesh.cell_data["color"] = np.round(255 * scene.colors).astype(np.uint8)
         plotter.add_mesh(
@@ -39,13 +49,14 @@ def _image(
         ).prop.interpolation = "Phong"
         if scene.lines is not None and len(scene.lines):
             lines = pv.line_segments_from_points(scene.lines.reshape(-1, 3))
-            plotter.add_mesh(lines, color=LINE_COLOR, line_width=_FINER * 0.9, lighting=False)
+            plotter.add_mesh(lines, color=LINE_COLOR, line_width=_FINER * 0.6, lighting=False)
         _aim(plotter, camera, window)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=float) / 255
     finally:
         plotter.close()
     blocks = image.reshape(pixels[1], _FINER, pixels[0], _FINER, 3)
-    return blocks.mean(axis=(1, 3))
+    shown: Floats = blocks.mean(axis=(1, 3))
+    return shown
 
 
 def _aim(plotter: pv.Plotter, camera: Camera, window: tuple[float, ...]) -> None:

@@ -9,10 +9,10 @@ from ..records import Surface
 from ._camera import Camera
 from ._tessellate import Pieces, edge_lines
 
-AMBIENT, DIFFUSE = 0.5, 0.55
+AMBIENT, DIFFUSE = 0.58, 0.46
 """Light of a lamp at the viewer: mild, so that colours can be read off the colour bar."""
 
-LINE_COLOR = "#1a1a1a"
+LINE_COLOR = "#404040"
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,5 +30,5 @@ def mesh_lines(surface: Surface, camera: Camera, lift: float, split: int = 4) ->
     points = points + lift * camera.axes[2]
     front = normals @ camera.axes[2] > 0
     both = front[:, :-1] & front[:, 1:]
-    ends: Floats = points[:, [[i, i + 1] for i in range(split)]]
-    return ends[both]
+    ends: Floats = points[:, [[i, i + 1] for i in range(split)]][both]
+    return ends

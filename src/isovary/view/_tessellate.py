@@ -1,13 +1,13 @@
-"""Curved triangles cut into small flat pieces, fine enough to look smooth.
+r"""Curved triangles cut into small flat pieces, fine enough to look smooth.
 
 ::
 
     split = 3:      2
-                    | \\
+                    | \
                     o---o
-                    | \\ | \\
+                    | \ | \
                     o---o---o
-                    | \\ | \\ | \\
+                    | \ | \ | \
                     0---o---o---1
 """
 
@@ -52,7 +52,7 @@ def lattice(split: int) -> tuple[Floats, Ints]:
     --------
     >>> barycentric, triangles = lattice(2)
     >>> len(barycentric), triangles.tolist()
-    (6, [[0, 1, 3], [1, 2, 4], [1, 4, 3], [3, 4, 5]])
+    (6, [[0, 1, 3], [1, 4, 3], [1, 2, 4], [3, 4, 5]])
     """
     rows = [(i, j) for j in range(split + 1) for i in range(split + 1 - j)]
     number = {place: k for k, place in enumerate(rows)}
@@ -89,9 +89,7 @@ def tessellate(surface: Surface, split: int) -> Pieces:
     a, b, c = (points[triangles[:, i]] for i in range(3))
     cross = np.cross(b - a, c - a)
     double = np.linalg.norm(cross, axis=1)
-    return Pieces(
-        points, _unit(normals), triangles, (a + b + c) / 3, _unit(cross), double / 2
-    )
+    return Pieces(points, _unit(normals), triangles, (a + b + c) / 3, _unit(cross), double / 2)
 
 
 def at_pieces(surface: Surface, split: int, values: Floats) -> Floats:
@@ -119,8 +117,9 @@ def at_pieces(surface: Surface, split: int, values: Floats) -> Floats:
     total = np.where(known, columns, 0.0).sum(axis=1, keepdims=True)
     mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
     filled = np.where(known, columns, mean)
-    result = np.einsum("pi,mik->mpk", shape, filled, optimize=True)
-    return result.reshape(len(result) * len(small), *values.shape[1:])
+    result: Floats = np.einsum("pi,mik->mpk", shape, filled, optimize=True)
+    inside: Floats = result.reshape(len(result) * len(small), *values.shape[1:])
+    return inside
 
 
 def nearest_nodes(surface: Surface, split: int) -> Ints:

@@ -72,7 +72,7 @@ def facts(result: Comparison) -> dict[str, str]:
     shape = "curved quadratic" if result.base.order == 2 else "flat linear"
     areas = result.base_pairs.area, result.perturbed_pairs.area
     return {
-        "mesh": f"{vertices:,} vertices, {nodes:,} nodes, {shape} elements".replace(",", "\u2009"),
+        "mesh": f"{vertices} vertices, {nodes} nodes, {shape} elements",
         "eigenpairs": str(len(result.base_pairs.values)),
         "times": f"{len(times)}, {times[0]:.3g} to {times[-1]:.3g} (length²)",
         "correspondence": f"{choices.get('correspondence', '?')}, "
@@ -92,12 +92,16 @@ def _shape(result: Comparison) -> str:
     parts = [
         f"{t.components} component" + "s" * (t.components != 1),
         f"genus {t.genus}",
-        f"{t.boundary_loops} boundary loops" if t.boundary_loops else "closed",
+        f"{t.boundary_loops} boundary loop" + "s" * (t.boundary_loops != 1)
+        if t.boundary_loops
+        else "closed",
     ]
     return ", ".join(parts)
 
 
-def group_shares(groups: Ints, areas: Floats, norm: Floats, count: int) -> list[tuple[float, float]]:
+def group_shares(
+    groups: Ints, areas: Floats, norm: Floats, count: int
+) -> list[tuple[float, float]]:
     """Part of the area and area-weighted mean norm of each group, NaN for an empty one."""
     shares = []
     for group in range(count):

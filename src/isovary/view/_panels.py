@@ -1,0 +1,191 @@
+"""The panels of the overview."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from ..comparison import Comparison
+from ..geometry import Floats
+from . import _paint as paint
+from ._camera import Camera, in_sight
+from ._curves import curves_at, draw_change, draw_signatures
+from ._marks import (
+    INK,
+    SOFT,
+    Box,
+    apart,
+    caption,
+    color_bar,
+    legend,
+    number,
+    ring,
+    scale_bar,
+    tripod,
+)
+from ._scene import Scene, mesh_lines
+from ._tessellate import Pieces
+from ._words import group_shares, percent
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """What all panels share: the surface in pieces, what is known there, and the camera.
+
+    ``peak`` is the node that changed most, None without change; ``problem`` says
+    why OpenGL cannot be used, None if it can.
+    """
+
+    result: Comparison
+    pieces: Pieces
+    samples: paint.Samples
+    camera: Camera
+    peak: int | None
+    problem: str | None
+
+    @property
+    def significant_share(self) -> float:
+        """Part of the area where the change is significant."""
+        areas = self.pieces.areas
+        return float(areas @ ((self.samples.margin > 0) & (self.samples.known > 0)) / areas.sum())
+
+    @property
+    def mark(self) -> Floats | None:
+        """The marked point in the picture (2,)."""
+        if self.peak is None:
+            return None
+        return self.camera.project(self.result.base.points[self.peak])[:2]
+
+
+def change_panel(figure: Figure, view: View) -> None:
+    """Change norm on the base."""
+    axes = _surface_axes(figure, (0.02, 0.28, 0.37, 0.555), view)
+    caption(figure, 0.02, 0.872, "a", "Where the intrinsic shape changed")
+    limit = paint.norm_limit(view.result)
+    _draw(axes, view, paint.paint_norm(view.samples, limit))
+    scale_bar(axes)
+    tripod(figure, (0.348, 0.175, 0.045, 0.08), view.camera)
+    samples, entries = view.samples, _no_partner(view)
+    if (samples.margin[samples.known > 0] <= 0).any():
+        entries.insert(0, Patch(color=paint.NEUTRAL, label=_unchanged(view)))
+    if limit > 0:
+        _ring(axes, view)
+        words = "mean change of the heat kernel signature (HKS), % of its mean"
+        color_bar(figure, (0.03, 0.224, 0.30, 0.016), paint.NORM_MAP, (0, 100 * limit), words)
+        legend(figure, entries, (0.205, 0.148))
+    else:
+        words = "no change" if view.peak is None else "no significant\nchange"
+        axes.text(0.5, 0.5, words, transform=axes.transAxes, size=20, color=INK, ha="center")
+        legend(figure, entries, (0.205, 0.225))
+
+
+def displacement_panel(figure: Figure, view: View) -> None:
+    """Displacement on the base, and the perturbed mesh over it."""
+    axes = _surface_axes(figure, (0.41, 0.575, 0.255, 0.255), view)
+    caption(figure, 0.41, 0.872, "b", "What moved: perturbed mesh over the base")
+    limit = paint.move_limit(view.result)
+    size = float(np.ptp(view.result.base.points, axis=0).max())
+    lines = mesh_lines(view.result.perturbed, view.camera, limit + 0.005 * size)
+    _draw(axes, view, paint.paint_displacement(view.samples, limit), lines)
+    if limit > 0:
+        words = "displacement along the normal (length)"
+        color_bar(figure, (0.44, 0.552, 0.195, 0.012), paint.MOVE_MAP, (-limit, limit), words)
+    else:
+        figure.text(0.5375, 0.55, "no displacement", size=8.5, color=SOFT, ha="center")
+
+
+def groups_panel(figure: Figure, view: View) -> None:
+    """Groups on the base, each numbered."""
+    axes = _surface_axes(figure, (0.41, 0.205, 0.255, 0.24), view)
+    caption(figure, 0.41, 0.475, "c", "Groups of nodes that changed alike")
+    _draw(axes, view, paint.paint_groups(view.samples))
+    samples, count = view.samples, len(view.result.clusters.centers)
+    colors = paint.group_colors(count)
+    shares = group_shares(samples.groups, view.pieces.areas, samples.norm, count)
+    entries = [
+        Patch(color=tuple(color), label=f"{k}: {percent(share)}, {percent(mean)}")
+        for k, (color, (share, mean)) in enumerate(zip(colors, shares, strict=True))
+    ]
+    if (samples.groups[samples.known > 0] < 0).any():
+        entries.append(Patch(color=paint.NEUTRAL, label="no group"))
+    title = "group: part of the area, mean change" if count else None
+    legend(figure, entries + _no_partner(view), (0.5375, 0.195), title)
+    _ring(axes, view)
+    _number_groups(axes, view, count)
+
+
+def curves_panel(figure: Figure, view: View) -> None:
+    """Signatures and change over the time."""
+    curves, times = curves_at(view.result, view.peak), view.result.times
+    where = "at the marked point" if view.peak is not None else "median over the nodes"
+    caption(figure, 0.69, 0.872, "d", f"At which scale: {where}")
+    upper = figure.add_axes((0.745, 0.505, 0.235, 0.285))
+    lower = figure.add_axes((0.745, 0.205, 0.235, 0.265), sharex=upper)
+    draw_signatures(upper, times, curves)
+    draw_change(lower, times, curves)
+    for axes in (upper, lower, *upper.child_axes):
+        axes.tick_params(labelsize=8)
+        axes.xaxis.label.set_fontsize(8.5)
+        axes.yaxis.label.set_fontsize(8.5)
+    figure.align_ylabels([upper, lower])
+
+
+def _surface_axes(figure: Figure, box: Box, view: View) -> Axes:
+    axes = figure.add_axes(box)
+    axes.set_axis_off()
+    width, height = figure.get_size_inches()
+    left, right, bottom, top = view.camera.window(box[2] * width / (box[3] * height))
+    axes.set_xlim(left, right)
+    axes.set_ylim(bottom, top)
+    return axes
+
+
+def _draw(axes: Axes, view: View, colors: Floats, lines: Floats | None = None) -> None:
+    if view.problem is None:
+        from ._render_vtk import draw
+    else:
+        from ._render_matplotlib import draw
+    shown = paint.hatched(colors, view.samples, view.pieces.middles)
+    draw(axes, Scene(view.pieces, shown, lines), view.camera)
+
+
+def _no_partner(view: View) -> list[Patch]:
+    if (view.samples.known > 0).all():
+        return []
+    inner, stripes = paint.NO_PARTNER, paint.NO_PARTNER_2
+    words = "no partner: unknown"
+    return [Patch(facecolor=inner, edgecolor=stripes, hatch="////", label=words)]
+
+
+def _unchanged(view: View) -> str:
+    return "no change" if view.peak is None else "no significant change"
+
+
+def _ring(axes: Axes, view: View) -> None:
+    if view.mark is not None:
+        ring(axes, view.mark)
+
+
+def _number_groups(axes: Axes, view: View, count: int) -> None:
+    """Each group's number on it, at the visible place nearest to its visible centre."""
+    pieces, direction = view.pieces, view.camera.axes[2]
+    front = np.flatnonzero(pieces.facing @ direction > 0.4)
+    taken = [] if view.mark is None else [view.mark]
+    free = 0.08 * float(np.diff(axes.get_xlim())[0])
+    for group in range(count):
+        inside = front[view.samples.groups[front] == group]
+        if len(inside) == 0:
+            continue
+        inside = inside[:: max(1, len(inside) // 400)]
+        places = pieces.middles[inside]
+        flat = view.camera.project(places)[:, :2]
+        good = in_sight(places, pieces.middles, direction) & apart(flat, taken, free)
+        if good.any():
+            away = np.linalg.norm(flat - flat.mean(axis=0), axis=1)
+            place = flat[np.where(good, away, np.inf).argmin()]
+            number(axes, place, str(group))
+            taken.append(place)

@@ -1,0 +1,245 @@
+"""The report's plots: the surface that can be turned, and the curves."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from matplotlib.colors import to_hex
+from plotly.subplots import make_subplots
+
+from ..comparison import Comparison
+from ..geometry import Floats, linear_triangles
+from . import _paint as paint
+from ._camera import Camera
+from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at
+
+_FONT = {"family": 'system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif', "size": 13}
+_ZOOM = 1.45
+_UNKNOWN, _NEUTRAL, _LOWEST, _HIGHEST = 0, 1, 2, 254
+
+
+def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go.Figure:
+    """The base surface with a text at each node; its colours are set by the page."""
+    x, y, z = np.round(result.base.points, 6).astype(np.float32).T
+    i, j, k = linear_triangles(result.base.triangles).astype(np.int32).T
+    light = {"ambient": 0.75, "diffuse": 0.32, "specular": 0.05, "fresnel": 0.0, "roughness": 0.9}
+    figure = go.Figure()
+    figure.add_mesh3d(
+        x=x,
+        y=y,
+        z=z,
+        i=i,
+        j=j,
+        k=k,
+        text=_hover(result),
+        hoverinfo="text",
+        lighting=light,
+        # plotly's normals point inwards: this lamp is at the viewer.
+        lightposition=dict(zip("xyz", (-1e5 * camera.axes[2]).tolist(), strict=True)),
+    )
+    if marked is not None:
+        x, y, z = _ring(result, marked).T
+        line = {"color": "black", "width": 6}
+        figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=line, hoverinfo="skip")
+    figure.update_layout(
+        template="none",
+        font=_FONT,
+        margin={"l": 0, "r": 0, "t": 0, "b": 0},
+        showlegend=False,
+        scene={
+            "camera": _eye(camera),
+            **_box(result.base.points),
+        },
+        hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#1b1f24"}},
+    )
+    return figure
+
+
+def _ring(result: Comparison, node: int) -> Floats:
+    """A circle around a node in its tangent plane, a little off the surface (k, 3)."""
+    size = float(np.ptp(result.base.points, axis=0).max())
+    normal = result.base.normals[node]
+    first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    first /= np.linalg.norm(first)
+    turn = np.linspace(0, 2 * np.pi, 49)[:, None]
+    circle = np.cos(turn) * first + np.sin(turn) * np.cross(normal, first)
+    ring: Floats = result.base.points[node] + size * (0.006 * normal + 0.03 * circle)
+    return ring
+
+
+def _box(points: Floats) -> dict[str, Any]:
+    """Axes with equal lengths that fill the window."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    pad = 0.03 * (high - low).max()
+    sides = high - low + 2 * pad
+    ratio = _ZOOM * sides / np.prod(sides) ** (1 / 3)
+    axis = {"showbackground": False, "gridcolor": "#e3e7eb", "zeroline": False, "showspikes": False}
+    box: dict[str, Any] = {"aspectmode": "manual"}
+    box["aspectratio"] = dict(zip("xyz", ratio.tolist(), strict=True))
+    for name, first, last in zip("xyz", low - pad, high + pad, strict=True):
+        box[f"{name}axis"] = {**axis, "title": {"text": name}, "range": [first, last]}
+    return box
+
+
+def _eye(camera: Camera) -> dict[str, Any]:
+    _, up, towards = camera.axes
+    return {
+        "eye": dict(zip("xyz", (1.5 * towards).tolist(), strict=True)),
+        "up": dict(zip("xyz", up.tolist(), strict=True)),
+        "projection": {"type": "orthographic"},
+    }
+
+
+def _hover(result: Comparison) -> list[str]:
+    samples = paint.node_samples(result)
+    rows = zip(
+        samples.norm,
+        samples.noise,
+        samples.groups,
+        samples.displacement,
+        samples.known,
+        strict=True,
+    )
+    texts = []
+    for node, (norm, noise, group, moved, known) in enumerate(rows):
+        if not known:
+            texts.append(f"node {node}<br>no partner: unknown")
+            continue
+        shown = str(group) if group >= 0 else "none"
+        texts.append(
+            f"node {node}<br>mean change {100 * norm:.3g} %<br>noise floor {100 * noise:.2g} %"
+            f"<br>group {shown}<br>displacement {moved:.3g}"
+        )
+    return texts
+
+
+def mode_colors(result: Comparison) -> dict[str, list[str]]:
+    """A colour for each node in each of the page's modes."""
+    samples = paint.node_samples(result)
+    limit, moved = paint.norm_limit(result), paint.move_limit(result)
+    painted = {
+        "change": paint.paint_norm(samples, limit),
+        "groups": paint.paint_groups(samples),
+        "displacement": paint.paint_displacement(samples, moved),
+        "noise": paint.paint_noise(samples, noise_limit(result)),
+    }
+    return {mode: [to_hex(color) for color in colors] for mode, colors in painted.items()}
+
+
+def noise_limit(result: Comparison) -> float:
+    """Upper end of the noise mode's colour scale."""
+    noise = paint.node_samples(result).noise
+    return float(np.nanmax(noise)) if np.isfinite(noise).any() else 0.0
+
+
+def scale_limit(result: Comparison) -> float:
+    """Largest significant change at any time."""
+    clear = np.abs(result.change) > result.noise_floor
+    return float(np.abs(result.change[clear]).max()) if clear.any() else 0.0
+
+
+def scale_bytes(result: Comparison) -> dict[str, Any]:
+    """The change of each node at each time as a byte, and the colour of each byte.
+
+    0: no partner; 1: not above the noise floor; 2 to 254: from -limit to limit.
+    """
+    limit = scale_limit(result) or 1.0
+    share = np.clip(np.nan_to_num(result.change) / limit, -1, 1)
+    middle, half = (_LOWEST + _HIGHEST) / 2, (_HIGHEST - _LOWEST) / 2
+    code = np.round(middle + half * share).astype(np.uint8)
+    code[~(np.abs(result.change) > result.noise_floor)] = _NEUTRAL
+    code[np.isnan(result.change)] = _UNKNOWN
+    colors = paint.mapped(paint.MOVE_MAP, (np.arange(256) - _LOWEST) / (2 * half))
+    colors[_UNKNOWN], colors[_NEUTRAL] = paint.NO_PARTNER, paint.NEUTRAL
+    return {
+        "times": [float(f"{t:.6g}") for t in result.times],
+        "bytes": b64encode(np.ascontiguousarray(code.T).tobytes()).decode("ascii"),
+        "palette": [to_hex(color) for color in colors],
+    }
+
+
+def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
+    """Signatures above, scaled change below: of the marked point and of the groups' medians."""
+    curves, times = curves_at(result, marked), result.times
+    at = "marked point" if marked is not None else "median of all nodes"
+    figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06)
+
+    def add(row: int, values: Floats, name: str, line: dict[str, Any], legend: bool) -> None:
+        hover = "t = %{x:.3g}<br>%{y:.4g}" + (" %" if row == 2 else "")
+        figure.add_scatter(
+            x=_short(times),
+            y=_short(values),
+            name=name,
+            line=line,
+            mode="lines",
+            legendgroup=name,
+            showlegend=legend,
+            hovertemplate=hover,
+            row=row,
+            col=1,
+        )
+
+    _noise_band(figure, times, 100 * curves.noise)
+    groups = paint.node_samples(result).groups
+    for group, color in enumerate(paint.group_colors(len(result.clusters.centers))):
+        rows = groups == group
+        if rows.any():
+            line, name = {"color": to_hex(color), "width": 1.6}, f"group {group}, median"
+            add(1, np.nanmedian(result.base_signature[rows], axis=0), name, line, True)
+            add(2, 100 * np.nanmedian(result.change[rows], axis=0), name, line, False)
+    add(1, curves.base, f"{at}: base", {"color": BASE_COLOR, "width": 2.6}, True)
+    dashed = {"color": PERTURBED_COLOR, "width": 2, "dash": "dash"}
+    add(1, curves.perturbed, f"{at}: perturbed", dashed, True)
+    change = {"color": BASE_COLOR, "width": 2.6, "dash": "dot"}
+    add(2, 100 * curves.change, f"{at}: base − perturbed", change, True)
+    return _styled(figure, result)
+
+
+def _noise_band(figure: go.Figure, times: Floats, noise: Floats) -> None:
+    known = np.nan_to_num(noise)
+    figure.add_scatter(
+        x=_short(np.concatenate([times, times[::-1]])),
+        y=_short(np.concatenate([known, -known[::-1]])),
+        name="noise floor",
+        fill="toself",
+        fillcolor=NOISE_COLOR,
+        line={"width": 0},
+        mode="lines",
+        hoverinfo="skip",
+        row=2,
+        col=1,
+    )
+
+
+def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
+    axis = {"gridcolor": "#e9edf0", "linecolor": "#59636e", "ticks": "outside", "zeroline": False}
+    figure.update_xaxes(type="log", tickvals=_ticks(result.times), **axis)
+    figure.update_yaxes(**axis)
+    ticks = _ticks(result.base_signature[np.isfinite(result.base_signature)])
+    figure.update_yaxes(title_text="HKS (1 / length²)", type="log", tickvals=ticks, row=1)
+    figure.update_yaxes(title_text="scaled change (% of mean HKS)", row=2)
+    figure.update_xaxes(title_text="diffusion time t (length²)", row=2)
+    figure.update_layout(
+        template="none",
+        font=_FONT,
+        margin={"l": 80, "r": 20, "t": 20, "b": 55},
+        legend={"orientation": "h", "y": -0.13, "yanchor": "top"},
+        hovermode="closest",
+    )
+    return figure
+
+
+def _ticks(values: Floats) -> list[float]:
+    """1, 2, 5 times the powers of ten within the values."""
+    low, high = float(values.min()), float(values.max())
+    powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))))
+    ticks = [factor * 10.0**power for power in powers for factor in (1, 2, 5)]
+    return [float(f"{tick:g}") for tick in ticks if low <= tick <= high]
+
+
+def _short(values: Floats) -> Floats:
+    """Rounded to single precision, to keep the page small."""
+    return values.astype(np.float32)
