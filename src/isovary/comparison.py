@@ -495,6 +495,6 @@ def _notes(result: Comparison) -> tuple[str, ...]:
             f"A rigid motion (shift {shift:.3g}, turn {turn:.2g} degrees) explains "
             f"{result.motion.share:.0%} of the squared displacement. A rigid motion changes no "
             "intrinsic shape, but along normals it slides corresponding points: part of the change "
-            "may be false. Align the fields first."
+            "may be false. If the two runs do not share one frame of reference, align them first."
         )
     return tuple(notes)

@@ -73,9 +73,10 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
             _perturbed_grid(result).save(folder / "perturbed.vtu")
             _flat_surface(result).save(folder / "change.vtp")
         with _stage("overview picture", 0.2, timings, progress):
-            overview(result).savefig(folder / "overview.png")
+            picture = overview(result)
+            picture.savefig(folder / "overview.png")
         with _stage("report", 0.7, timings, progress):
-            write_report(result, folder / "report.html")
+            write_report(result, folder / "report.html", picture=picture)
         summary = _summary(replace(result, timings=timings))
         text = json.dumps(_plain(summary), indent=2, allow_nan=False)
         (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
@@ -176,7 +177,10 @@ def _summary(result: Comparison) -> dict[str, Any]:
         "coverage": result.coverage,
         "topology": asdict(result.topology),
         "area": {"base": result.base_pairs.area, "perturbed": result.perturbed_pairs.area},
-        "mesh_quality": _quality(result.base) | {"perturbed": _quality(result.perturbed)},
+        "mesh_quality": {
+            "base": _quality(result.base),
+            "perturbed": _quality(result.perturbed),
+        },
         "change": _sizes(result),
         "rigid_motion": asdict(result.motion) | {"share": result.motion.share},
         "spectrum": {
