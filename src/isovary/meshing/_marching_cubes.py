@@ -82,14 +82,21 @@ def marching_cubes(
     edge = float(np.sqrt(2 * raw.area / (np.sqrt(3) * vertices)))
     if resolution is None and edge < field.spacing.max():
         raw = contour(field, isovalue, resolution=edge)
-    points, triangles = _remesh(raw, edge, vertices)
+    points, triangles = _remesh(raw, _on_two_faces(raw.points, field), edge, vertices)
     _check_topology(raw.triangles, triangles, vertices)
-    points = _pin_to_box(points, triangles, field, edge)
+    points = _pin_to_box(points, triangles, field)
     points = _relax(points, triangles, field, isovalue)
     return _on_isosurface(points, triangles, field, isovalue, order)
 
 
-def _remesh(raw: Surface, edge: float, vertices: int) -> tuple[Floats, Ints]:
+def _on_two_faces(points: Floats, field: ScalarField) -> Ints:
+    """Corners of the rim: vertices on an edge of the box."""
+    low, high = field.bounds
+    close = np.minimum(np.abs(points - low), np.abs(points - high)) < 1e-6 * field.spacing
+    return np.flatnonzero(close.sum(axis=1) >= 2)
+
+
+def _remesh(raw: Surface, corners: Ints, edge: float, vertices: int) -> tuple[Floats, Ints]:
     """Mmg at a uniform edge length, corrected twice towards the wanted number of vertices."""
     import mmgpy
 
@@ -98,6 +105,9 @@ def _remesh(raw: Surface, edge: float, vertices: int) -> tuple[Floats, Ints]:
     wanted = edge / size
     for _ in range(3):
         mesh = mmgpy.MmgMeshS(local, raw.triangles.astype(np.int32))
+        if len(corners):
+            mesh.set_corners(corners.astype(np.int32))
+            mesh.set_required_vertices(corners.astype(np.int32))
         try:
             mesh.remesh(hsiz=wanted, hausd=0.1 * wanted, angle=0, verbose=-1)
         except RuntimeError as error:
@@ -123,16 +133,17 @@ def _check_topology(raw: Ints, remeshed: Ints, vertices: int) -> None:
         )
 
 
-def _pin_to_box(points: Floats, triangles: Ints, field: ScalarField, edge: float) -> Floats:
-    """Rim vertices put exactly onto the box faces that cut the surface."""
+def _pin_to_box(points: Floats, triangles: Ints, field: ScalarField) -> Floats:
+    """Rim vertices put exactly onto the nearest face of the box; corners stay on both of theirs."""
     edges, _, counts = edges_of(triangles)
     rim = np.unique(edges[counts == 1])
-    pinned = points.copy()
     low, high = field.bounds
-    for bound in (low, high):
-        close = np.abs(points[rim] - bound) < 0.2 * edge
-        pinned[rim] = np.where(close, bound, pinned[rim])
-    return np.clip(pinned, low, high)
+    pinned = np.clip(points, low, high)
+    faces = np.where(pinned - low < high - pinned, low, high)[rim]
+    gap = np.abs(pinned[rim] - faces) / field.spacing
+    nearest = gap <= np.maximum(gap.min(axis=1, keepdims=True), 1e-6)
+    pinned[rim] = np.where(nearest, faces, pinned[rim])
+    return pinned
 
 
 def _relax(points: Floats, triangles: Ints, field: ScalarField, isovalue: float) -> Floats:
