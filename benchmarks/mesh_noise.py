@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +21,18 @@ from isovary.data import water_pair
 
 ISOVALUE, PAIRS, REFERENCE_VERTICES = 0.05, 300, 6000
 SIZES = (400, 552, 1100, 2200)
+
+
+@dataclass
+class Row:
+    """One line of the table; ``wanted`` is the number of vertices asked for."""
+
+    way: str
+    wanted: int | None
+    vertices: int
+    nodes: int
+    error: float
+    seconds: float
 
 
 @dataclass
@@ -79,28 +92,31 @@ WAYS: dict[str, tuple[Callable[..., Run], tuple[int | None, ...]]] = {
 }
 
 
-def measure() -> tuple[list[tuple[str, int, int, float, float]], Run, dict[str, Run]]:
-    """Rows (way, vertices, nodes, relative error, seconds), the reference, and the runs at 552."""
+def measure() -> tuple[list[Row], Run, dict[str, Run]]:
+    """One row a run, the reference, and the runs at 552 vertices by way."""
     exact, times = reference()
     rows, shown = [], {}
     for way, (run_on, sizes) in WAYS.items():
         for size in sizes:
             run = run_on(size, times=times)
             vertices = len(np.unique(run.base.corners))
-            rows.append(
-                (way, vertices, len(run.base.points), relative_error(run, exact), run.seconds)
-            )
+            error = relative_error(run, exact)
+            rows.append(Row(way, size, vertices, len(run.base.points), error, run.seconds))
             if size == 552:
                 shown[way] = run
     return rows, exact, shown
 
 
-def report() -> str:
-    """Markdown: the table."""
-    rows, exact, _ = measure()
+def report(picture: Path | None = None) -> str:
+    """Markdown: the table; the picture is drawn to the path given."""
+    rows, exact, shown = measure()
+    if picture is not None:
+        from mesh_noise_picture import draw_picture
+
+        draw_picture(rows, exact, shown, picture)
     rms = float(np.sqrt((exact.change**2).mean()))
     lines = [
-        "## Error of the change on real data",
+        "## The change on carried and on independent meshes",
         "",
         (__doc__ or "").split("\n\n", 1)[1].replace("\n", " ").strip()
         + f" The change itself is {rms:.2e} (rms).",
@@ -108,10 +124,12 @@ def report() -> str:
         "| way | vertices | nodes | error relative to the change | seconds |",
         "| --- | --- | --- | --- | --- |",
     ]
-    for way, vertices, nodes, error, seconds in rows:
-        lines.append(f"| {way} | {vertices:,} | {nodes:,} | {error:.2%} | {seconds:.1f} |")
+    lines += [
+        f"| {row.way} | {row.vertices:,} | {row.nodes:,} | {row.error:.2%} | {row.seconds:.1f} |"
+        for row in rows
+    ]
     return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":
-    print(report())
+    print(report(Path("mesh_noise.png")))
