@@ -88,6 +88,7 @@ def test_a_local_dimple_is_found_where_it_is():
     assert not any("rigid motion" in note for note in result.notes)
 
 
+@pytest.mark.slow
 def test_carried_beats_independent_meshes_on_real_data(water):
     """Oracle: convergence. Against a finer carried reference, evaluated in its own elements.
 

@@ -14,7 +14,7 @@ _STEPS = 40
 def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
     """Points moved onto the isosurface by Newton steps along the field's gradient.
 
-    x <- x - g grad g / |grad g|^2 with g the field's level set function, each
+    ``x <- x - g grad g / |grad g|^2`` with g the field's level set function, each
     step at most one grid cell. Points on a face of the box stay on it.
 
     Parameters

@@ -433,8 +433,8 @@ class Eigenpairs:
         Eigenvectors, mass-orthonormal; 1/length. Their signs, and any rotation
         within a repeated eigenvalue, are arbitrary: never compare them.
     residuals : array (k,)
-        |stiffness phi - lambda mass phi| in the mass^-1 norm estimated with the
-        lumped mass, relative to lambda_k.
+        Length of stiffness phi - lambda mass phi, each row divided by the root of
+        the mass's diagonal, relative to the last eigenvalue; for unit area.
     area : float
         Area of the surface; length^2.
     """

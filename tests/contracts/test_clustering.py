@@ -20,7 +20,7 @@ def three_groups(rng):
 
 @pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
 def test_separated_groups_are_found_in_any_order(method):
-    """Oracle: synthetic truth. Labels by norm of the center; invariant to the order of rows."""
+    """Oracle: analytic. Labels by norm of the center; invariant to the order of rows."""
     rng = np.random.default_rng(314)
     rows, truth = three_groups(rng)
     found = method(rows, 3, rng=12)

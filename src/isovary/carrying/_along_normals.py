@@ -18,7 +18,7 @@ def carry(
 ) -> tuple[Surface, Correspondence]:
     """The base mesh carried along its normals onto an isosurface of another field.
 
-    Node x goes to x + s n, where s is the root of smallest |s| of
+    Node x goes to x + s n, where s is the root nearest to 0 of
     field(x + s n) = isovalue at which the field falls along n, as it does on
     the base; both directions are searched. Connectivity stays, so the
     correspondence is known and the discretization errors of the two
