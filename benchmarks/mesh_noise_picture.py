@@ -46,7 +46,11 @@ def draw_picture(rows: list[Row], exact: Run, shown: dict[str, Run], path: Path)
     figure.text(0.02, 0.865, said, size=10, color="#555555")
     panels = (
         (exact, "reference", "6 000 vertices, curved, carried"),
-        (shown[CARRIED], f"isovary: error {errors[CARRIED]:.1%}", f"{counts[CARRIED]} vertices, curved, carried"),
+        (
+            shown[CARRIED],
+            f"isovary: error {errors[CARRIED]:.1%}",
+            f"{counts[CARRIED]} vertices, curved, carried",
+        ),
         (
             shown[THESIS],
             f"independent meshes: error {errors[THESIS]:.0%}",
