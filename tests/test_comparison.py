@@ -144,6 +144,19 @@ def test_nothing_is_called_change_where_meshes_disagree():
     assert carried.change_norm.max() < 1e-8
 
 
+def test_coarse_samples_are_told():
+    """Oracle: analytic. A distance field of 9^3 samples has a kink a grid cell from the sphere."""
+
+    def cone(radius, samples):
+        return iv.ScalarField.from_function(
+            lambda p: radius - np.linalg.norm(p, axis=-1), BOX, (samples,) * 3
+        )
+
+    coarse, fine = (small(cone(1.0, n), cone(1.02, n), 0.0) for n in (9, 49))
+    assert any("samples are coarse" in note for note in coarse.notes)
+    assert not any("samples are coarse" in note for note in fine.notes)
+
+
 def test_different_topology_is_an_error():
     """Oracle: analytic. One ball against two: C01 with both named."""
 

@@ -23,6 +23,7 @@ from .geometry import Bools, Floats, Topology, topology
 from .laplacian import fem
 from .meshing import contour, interpolation_errors, marching_cubes
 from .noise import noise_floor
+from .notes import reader_notes
 from .records import Clusters, Correspondence, Eigenpairs, ScalarField, Surface
 from .signature import heat_kernel_signature
 from .spectrum import drop_cut_multiplet, eigenpairs
@@ -40,7 +41,6 @@ _FIRST_VERTICES = {1: 1000, 2: 500}
 _MOST_VERTICES = 2000
 _WANTED_NOISE = 0.05
 _COVERAGE_LIMIT = 0.5
-_RIGID_SHARE = 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -319,7 +319,7 @@ def compare(
         },
         timings=walk.timings,
     )
-    return replace(result, notes=_notes(result))
+    return replace(result, notes=reader_notes(result, _WANTED_NOISE))
 
 
 def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int) -> None:
@@ -461,40 +461,3 @@ def _groups(change: Floats, significant: Bools, groups: int, rng: int) -> Cluste
         labels = np.full(len(change), -1, dtype=np.int64)
         return Clusters(labels, np.empty((0, change.shape[1])))
     return k_medians(rows, min(groups, distinct), rng=rng)
-
-
-def _notes(result: Comparison) -> tuple[str, ...]:
-    """What a reader must know before trusting the picture."""
-    notes = []
-    if not result.change.any():
-        notes.append("C06: the two isosurfaces are identical: no change at all.")
-    elif not result.significant.any():
-        notes.append("The change is nowhere above the noise floor: nothing is shown as change.")
-    elif result.relative_noise > _WANTED_NOISE:
-        notes.append(
-            f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for more "
-            "vertices, or for carried meshes, to see finer."
-        )
-    if result.topology.components > 1:
-        notes.append(f"I06: the isosurface has {result.topology.components} components.")
-    if result.topology.boundary_loops > 0:
-        notes.append(
-            f"I05: the isosurface leaves the box: {result.topology.boundary_loops} boundary "
-            "loop(s); near a rim the natural boundary doubles the signature at small times."
-        )
-    if result.coverage < 1:
-        lost = int((~result.correspondence.found).sum())
-        notes.append(f"C02: {lost} nodes found no partner; they are grey, not unchanged.")
-    used = len(result.base_pairs.values)
-    if used < result.choices["pairs"]:  # type: ignore[operator]
-        notes.append(f"S04: {used} eigenpairs used; the count asked for would cut a multiplet.")
-    if result.motion.share > _RIGID_SHARE:
-        shift = np.linalg.norm(result.motion.translation)
-        turn = np.degrees(np.linalg.norm(result.motion.rotation))
-        notes.append(
-            f"A rigid motion (shift {shift:.3g}, turn {turn:.2g} degrees) explains "
-            f"{result.motion.share:.0%} of the squared displacement. A rigid motion changes no "
-            "intrinsic shape, but along normals it slides corresponding points: part of the change "
-            "may be false. If the two runs do not share one frame of reference, align them first."
-        )
-    return tuple(notes)
