@@ -65,7 +65,7 @@ $(STAMP)-%: $(STAMP)
 	@touch $@
 
 clean:
-	rm -rf build dist isovary-demo out docs/_build .pytest_cache .mypy_cache .ruff_cache
+	rm -rf build dist isovary-demo docs/_build .pytest_cache .mypy_cache .ruff_cache
 	find src tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean

@@ -74,11 +74,13 @@ def test_refined_samples_are_the_spline():
         field = iv.ScalarField.from_function(
             lambda p: np.exp(cubic(p) / 50), BOX, (5, 6, 7), logarithmic=logarithmic
         )
-        fine = field.refine((2, 1, 3))
-        assert fine.shape == (9, 6, 19)
-        axes = [np.linspace(BOX[0][a], BOX[1][a], fine.shape[a]) for a in range(3)]
+        low, high = np.array([1, 0, 2]), np.array([4, 5, 6])
+        fine = field.refine(np.array([2, 1, 3]), low, high)
+        assert fine.shape == (7, 6, 13)
+        axes = [np.linspace(low[a], high[a], fine.shape[a]) for a in range(3)]
         grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        np.testing.assert_allclose(fine, field.value(grid), rtol=1e-12)
+        exact = field.value(field.origin + grid * field.spacing)
+        np.testing.assert_allclose(np.exp(fine) if logarithmic else fine, exact, rtol=1e-12)
 
 
 def test_nothing_is_extrapolated():
@@ -127,6 +129,7 @@ def ones(shape=(4, 4, 4), **changes):
         (lambda: iv.ScalarField(ones() * 1j), "A03", "complex128"),
         (lambda: iv.ScalarField(ones(), spacing=(1, 1, 0)), "A03", "spacing: expected positive"),
         (lambda: iv.ScalarField(ones(), spacing=(1, 1)), "A03", "spacing: expected 3"),
+        (lambda: iv.compare("a.vti", "b.vti", 0.5), "A03", "base: expected a ScalarField, got str"),
         (lambda: iv.ScalarField(ones(), origin=(1, 1, np.nan)), "A03", "origin: expected 3"),
         (lambda: iv.ScalarField(ones(_123=np.nan, _321=np.inf)), "I01", "got 2 NaN or inf within "
          "indices [1, 2, 1] to [3, 2, 3]"),

@@ -102,7 +102,7 @@ def test_summary_is_enough_to_repeat_the_run(run, result, files):
     assert {"python", "numpy", "scipy", "vtk", "mmgpy"} <= set(summary["versions"])
     choices = summary["choices"]
     assert (choices["vertices"], choices["pairs"], choices["times"]) == (200, 60, 20)
-    assert choices["base_file"] == str(files[0])
+    assert choices["base_file"] == str(files[0].resolve())
     assert choices["base"]["sha256"] == result.choices["base"]["sha256"]
     assert summary["counts"]["nodes"] == len(result.base.points)
     assert sum(summary["counts"]["by_group"]) == summary["counts"]["significant"]
@@ -122,11 +122,49 @@ def test_a_second_run_replaces_the_first_and_only_that(run, result, tmp_path):
     assert [path.name for path in mine.iterdir()] == ["thesis.tex"]
 
 
+def test_output_is_checked_before_the_work(files, tmp_path):
+    """Oracle: algebra. A foreign folder is refused before the files are even read."""
+    (tmp_path / "thesis.tex").write_text("years of work")
+    process = isovary("compare", *files, *ISOVALUE, "-o", tmp_path)
+    assert process.returncode == 1
+    assert "W02" in process.stderr
+    assert "reading" not in process.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no file size limits")
+def test_full_disk_is_an_error_of_ours(result, tmp_path):
+    """Oracle: algebra. Writing past a limit on the file size ends with W06, nothing left behind."""
+    import resource
+    import signal
+
+    old = resource.getrlimit(resource.RLIMIT_FSIZE)
+    handler = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, old[1]))
+    try:
+        with pytest.raises(iv.RunError, match="W06"):
+            result.save(tmp_path / "out")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, old)
+        signal.signal(signal.SIGXFSZ, handler)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_missing_spacing_is_noted(tmp_path):
+    """Oracle: data. An .npz without spacing: the note stands in the summary and on the terminal."""
+    field = ellipsoid_field()
+    np.savez(tmp_path / "a.npz", rho=field.values)
+    out = tmp_path / "out"
+    process = isovary("compare", *[tmp_path / "a.npz"] * 2, *ISOVALUE, "-o", out, *QUICK)
+    assert process.returncode == 0, process.stderr
+    assert "I07" in process.stdout
+    assert any("I07" in note for note in json.loads((out / "summary.json").read_text())["notes"])
+
+
 def test_equal_surfaces_by_name(files, tmp_path):
     """Oracle: algebra. The command line says so when nothing changed at all."""
     process = isovary("compare", files[0], files[0], *ISOVALUE, "-o", tmp_path / "out", *QUICK)
     assert process.returncode == 0, process.stderr
-    assert "C06: the two isosurfaces are identical" in process.stdout
+    assert "The two isosurfaces are identical" in process.stdout
 
 
 @pytest.mark.parametrize(

@@ -83,6 +83,23 @@ def test_many_equal_components():
     np.testing.assert_allclose(pairs.values[30:], iv.eigenpairs(one, 4).values[1], rtol=1e-9)
 
 
+def test_as_many_components_as_pairs():
+    """Oracle: analytic. 100 equal icosahedra have 100 zeros."""
+    one = iv.fem(iv.icosphere(0, order=1))
+    stiffness, mass = (csr_array(block_diag([m] * 100)) for m in (one.stiffness, one.mass))
+    pairs = iv.eigenpairs(iv.Laplacian(stiffness, mass), 100)
+    np.testing.assert_allclose(pairs.values, 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("subdivisions", [2, 3])  # LAPACK and Lanczos
+def test_the_constant_alone(subdivisions):
+    """Oracle: analytic. One pair: 0 and 1 / sqrt(area), with a small residual."""
+    pairs = iv.eigenpairs(iv.fem(iv.icosphere(subdivisions)), 1)
+    assert pairs.values.tolist() == [0.0]
+    np.testing.assert_allclose(np.abs(pairs.vectors), 1 / np.sqrt(pairs.area), rtol=1e-8)
+    assert 0 <= pairs.residuals[0] < 1e-6
+
+
 def test_cut_multiplets():
     """Oracle: analytic. A sphere keeps whole shells l^2; a triaxial ellipsoid keeps every pair."""
     sphere = iv.eigenpairs(iv.fem(iv.icosphere(3)), 110)

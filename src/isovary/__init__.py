@@ -27,7 +27,7 @@ from .geometry import Topology, topology
 from .io import read_field
 from .laplacian import fem
 from .meshing import better_interpolation, contour, interpolation_errors, marching_cubes
-from .noise import noise_floor
+from .noise import noise_floor, sampling_floor
 from .projection import project
 from .records import Clusters, Correspondence, Eigenpairs, Laplacian, ScalarField, Surface
 from .shapes import icosphere
@@ -78,6 +78,7 @@ __all__ = [
     "project",
     "read_field",
     "rigid_part",
+    "sampling_floor",
     "signature_difference",
     "topology",
 ]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -23,6 +24,7 @@ from . import __version__, closest_point, compare, contour, normal_rays, read_fi
 from .comparison import Comparison, Match
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
+from .io._atomic import check_output
 from .io._results import save
 from .meshing import interpolation_errors
 from .records import ScalarField
@@ -173,9 +175,7 @@ def info(file: Path, /, *, array: str | None = None, isovalue: float | None = No
         "values": f"{field.values.min():.6g} to {field.values.max():.6g}",
         "quantiles": "  ".join(
             f"{q:.0%}: {v:.4g}"
-            for q, v in zip(
-                (0.5, 0.9, 0.99), np.quantile(field.values, (0.5, 0.9, 0.99)), strict=True
-            )
+            for q, v in zip(_QUANTILES, np.quantile(field.values, _QUANTILES), strict=True)
         ),
     }
     if isovalue is not None:
@@ -201,15 +201,19 @@ def _run(
 ) -> None:
     """Read, compare, save, and say what came out."""
     start = time.perf_counter()
-    with _progress() as tell:
+    check_output(out)
+    with _progress() as tell, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
         tell("reading", 0.0)
         fields = read(base), read(perturbed)
+        read_notes = tuple(dict.fromkeys(str(warning.message) for warning in caught))
         reading = time.perf_counter() - start
         result = compare(*fields, isovalue, progress=lambda s, d: tell(s, 0.75 * d), **options)  # type: ignore[arg-type]
-        files = {"base_file": str(base), "perturbed_file": str(perturbed)}
+        files = {"base_file": str(base.resolve()), "perturbed_file": str(perturbed.resolve())}
         result = replace(
             result,
             choices={**files, **result.choices},
+            notes=read_notes + result.notes,
             timings={"reading": reading, **result.timings},
         )
         save(result, out, progress=lambda s, d: tell(s, 0.75 + 0.25 * d))
@@ -218,6 +222,8 @@ def _run(
 
 def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
     norm = result.change_norm
+    for note in result.notes:
+        _out.print(f"note: {note}", markup=False, soft_wrap=True)
     lines = [
         f"largest change  {np.nanmax(norm):.3g} (mean over times, relative to the mean signature)",
         f"noise floor     {result.relative_noise:.2g} of the change (rms)",
@@ -228,8 +234,6 @@ def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
     ]
     for line in lines:
         _out.print(line, markup=False, soft_wrap=True)
-    for note in result.notes:
-        _out.print(f"note: {note}", markup=False, soft_wrap=True)
 
 
 @contextmanager

@@ -16,13 +16,19 @@ import numpy as np
 from .alignment import RigidMotion, rigid_part
 from .carrying import carry
 from .clustering import k_medians
-from .correspondence import identity, interpolate
+from .correspondence import closest_point, identity, interpolate
 from .difference import change_norm, diffusion_times, heat_trace_scale, signature_difference
-from .errors import ArgumentError, CorrespondenceError
+from .errors import (
+    ArgumentError,
+    CorrespondenceError,
+    FieldError,
+    IsovaryError,
+    SpectrumError,
+)
 from .geometry import Bools, Floats, Topology, topology
 from .laplacian import fem
-from .meshing import contour, interpolation_errors, marching_cubes
-from .noise import noise_floor
+from .meshing import better_interpolation, contour, interpolation_errors, marching_cubes
+from .noise import SIGNIFICANCE, noise_floor, sampling_floor
 from .notes import reader_notes
 from .records import Clusters, Correspondence, Eigenpairs, ScalarField, Surface
 from .signature import heat_kernel_signature
@@ -43,7 +49,7 @@ _WANTED_NOISE = 0.05
 _COVERAGE_LIMIT = 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """Everything that a comparison of two isosurfaces made, from the meshes to the groups.
 
@@ -67,9 +73,10 @@ class Comparison:
     unit_area_change : array (n, T)
         The change after both surfaces were scaled to the base's area: without uniform growth.
     noise_floor : array (n, T)
-        Numerical error of ``change``; see :func:`isovary.noise_floor`.
+        Numerical error of ``change`` from the mesh and the samples; see
+        :func:`isovary.noise_floor` and :func:`isovary.sampling_floor`.
     significant : array (n,)
-        True where the norm of the change exceeds that of the noise floor.
+        True where the norm of the change exceeds twice that of the noise floor.
     clusters : Clusters
         Groups of the significant nodes; -1 elsewhere.
     topology : Topology
@@ -113,6 +120,15 @@ class Comparison:
     def change_norm(self) -> Floats:
         """Mean absolute scaled change over the times (n,), NaN without a partner."""
         return change_norm(self.change)
+
+    def __repr__(self) -> str:
+        most = np.nanmax(self.change_norm) if np.isfinite(self.change_norm).any() else np.nan
+        return (
+            f"Comparison(isovalue={self.isovalue:g}, {len(self.base.points)} nodes, "
+            f"{len(self.times)} times, largest change {most:.3g}, "
+            f"relative noise {self.relative_noise:.2g}, "
+            f"{self.significant.mean():.0%} significant, {len(self.notes)} notes)"
+        )
 
     @property
     def relative_noise(self) -> float:
@@ -196,8 +212,9 @@ def compare(
 
     The base isosurface is meshed with curved elements and carried onto the
     perturbed one; the heat kernel signatures of both are compared node by node;
-    the whole is done on a coarser base mesh too, which gives the noise floor;
-    the nodes whose change exceeds it are grouped.
+    the whole is done on a coarser base mesh and with every other sample too,
+    which gives the noise floor; the nodes whose change exceeds twice that are
+    grouped.
 
     Parameters
     ----------
@@ -207,7 +224,7 @@ def compare(
         In the fields' unit.
     vertices : int, optional
         Vertices of the base mesh. By default the accuracy decides: 1 000,
-        doubled once if the noise floor exceeds 5 % of the change.
+        doubled once if the noise floor of the mesh exceeds 5 % of the change.
     order : int
         2: curved quadratic elements; 1: flat linear ones, as in the thesis.
     pairs : int
@@ -216,7 +233,7 @@ def compare(
     times : int
         Diffusion times, logarithmic.
     groups : int
-        Groups of significant nodes.
+        Groups of significant nodes; fewer where they do not differ by more than noise.
     correspondence : callable, optional
         By default the base mesh is carried along the perturbed field. A method of
         :mod:`isovary.correspondence`, such as :func:`isovary.normal_rays`, meshes
@@ -257,27 +274,38 @@ def compare(
     ...     return ScalarField.from_function(
     ...         lambda p: radius - np.linalg.norm(p, axis=-1),
     ...         bounds=((-1.5, -1.5, -1.5), (1.5, 1.5, 1.5)), shape=(24, 24, 24))
-    >>> result = compare(ball(1.0), ball(1.01), 0.0, vertices=200, pairs=80)
+    >>> result = compare(ball(1.0), ball(1.01), 0.0, vertices=200, pairs=70)
     >>> result.coverage, round(float(result.correspondence.distance.mean()), 3)
     (1.0, 0.01)
-    >>> len(result.base_pairs.values)  # 80 would cut the shell l = 8
+    >>> len(result.base_pairs.values)  # 70 would cut the shell l = 8
     64
     """
+    for name, field in (("base", base), ("perturbed", perturbed)):
+        if not isinstance(field, ScalarField):
+            raise ArgumentError(
+                "A03",
+                f"{name}: expected a ScalarField, got {type(field).__name__}; read files with "
+                "read_field, make arrays into ScalarField(values, spacing=..., origin=...)",
+            )
     _check(vertices, order, pairs, times, groups)
     walk = _Walk(progress)
-    with walk.stage("isosurfaces and their topology"):
+    with walk.stage("interpolation"):
         base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
-        shape = _common_topology(base, perturbed, isovalue)
     solve = partial(_level, base, perturbed, isovalue, order, pairs, correspondence, walk)
     level, coarse, moments = _refined(solve, vertices, order, pairs, times, walk)
     with walk.stage("signatures and noise floor"):
         before, after, change = level.change(moments)
-        floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
+        mesh_floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
         stretch = level.perturbed_pairs.area / level.base_pairs.area
         unit_area_change = level.change(moments, stretch)[2]
+    with walk.stage("noise floor of the samples"):
+        sample_floor = np.zeros_like(change)
+        if change.any():
+            sample_floor = _sample_floor(base, perturbed, isovalue, pairs, moments, level.base)
+        floor = np.hypot(mesh_floor, np.nan_to_num(sample_floor))
     with walk.stage("groups"):
-        significant = change_norm(change) > change_norm(floor)
-        clusters = _groups(change, significant, groups, rng)
+        significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
+        clusters = _groups(change, floor, significant, groups, rng)
     walk.finish()
     result = Comparison(
         isovalue=isovalue,
@@ -294,7 +322,7 @@ def compare(
         noise_floor=floor,
         significant=significant,
         clusters=clusters,
-        topology=shape,
+        topology=topology(level.base.triangles),
         motion=rigid_part(level.base, level.correspondence.distance),
         notes=(),
         choices={
@@ -313,6 +341,8 @@ def compare(
             "scaling": "base heat trace per unit area",
             "correspondence": "carried" if correspondence is None else _name(correspondence),
             "noise_floor_vertices": coarse.vertices,
+            "noise_of_the_mesh": _relative(mesh_floor, change),
+            "noise_of_the_samples": _relative(sample_floor, change),
             "clustering": "k_medians",
             "groups": groups,
             "seed": rng,
@@ -361,27 +391,47 @@ def _name(method: Match) -> str:
 def _same_interpolation(
     base: ScalarField, perturbed: ScalarField, isovalue: float
 ) -> tuple[ScalarField, ScalarField, dict[str, float]]:
-    """Both fields with the interpolation that serves the base better, and the measured errors."""
-    perturbed.check_isovalue(isovalue)
-    errors = interpolation_errors(base, isovalue)
-    better = errors.get("logarithmic", np.inf) < errors.get("plain", 0.0)
-    logarithmic = bool(better and perturbed.values.min() > 0)
-    return (
-        replace(base, logarithmic=logarithmic),
-        replace(perturbed, logarithmic=logarithmic),
-        errors,
-    )
+    """Both fields with the interpolation that serves the base better, and the measured errors.
+
+    A base that is logarithmic already stays so.
+    """
+    for name, field in (("base", base), ("perturbed", perturbed)):
+        try:
+            field.check_isovalue(isovalue)
+        except FieldError as error:
+            raise FieldError(error.code, f"{name} field: {error.message}") from None
+    chosen = base if base.logarithmic else better_interpolation(base, isovalue)
+    logarithmic = chosen.logarithmic and bool(perturbed.values.min() > 0)
+    base, perturbed = (replace(field, logarithmic=logarithmic) for field in (base, perturbed))
+    return base, perturbed, interpolation_errors(base, isovalue)
 
 
-def _common_topology(base: ScalarField, perturbed: ScalarField, isovalue: float) -> Topology:
-    first, second = (topology(contour(f, isovalue).triangles) for f in (base, perturbed))
+def _check_topology(base: Surface, perturbed: Surface) -> None:
+    first, second = topology(base.triangles), topology(perturbed.triangles)
     if first != second:
         raise CorrespondenceError(
             "C01",
             f"topology: expected the same of both isosurfaces, got base: {first}; perturbed: "
             f"{second}; choose another isovalue, or a smaller step of the parameter",
         )
-    return first
+
+
+def _sample_floor(
+    base: ScalarField,
+    perturbed: ScalarField,
+    isovalue: float,
+    pairs: int,
+    times: Floats,
+    surface: Surface,
+) -> Floats:
+    """Noise floor of the samples at the surface's nodes; NaN throughout if it cannot be told."""
+    vertices = max(_FIRST_VERTICES[2], _fewest_vertices(2, pairs))
+    try:
+        mesh = marching_cubes(base, isovalue, vertices=vertices)
+        floor = sampling_floor(mesh, base, perturbed, isovalue, pairs, times)
+    except IsovaryError:
+        return np.full((len(surface.points), len(times)), np.nan)
+    return interpolate(closest_point(surface, mesh), mesh, floor)
 
 
 def _refined(
@@ -428,6 +478,8 @@ def _level(
         surface = mesh(base)
         other = None if match is None else mesh(perturbed)
     with walk.stage("correspondence"):
+        edge = float(np.sqrt(2 * surface.area / (np.sqrt(3) * vertices)))
+        _check_topology(surface, other or contour(perturbed, isovalue, resolution=edge))
         if other is None or match is None:
             other, partners = carry(surface, perturbed, isovalue)
         elif np.array_equal(surface.points, other.points):
@@ -442,22 +494,43 @@ def _level(
         )
     with walk.stage("eigenpairs of the base", vertices / 2):
         first = drop_cut_multiplet(eigenpairs(fem(surface), pairs))
+        _check_zeros(first, surface)
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
         same = np.array_equal(surface.points, other.points)
         second = first if same else eigenpairs(fem(other), pairs).truncate(len(first.values))
     return _Level(surface, other, partners, first, second)
 
 
+def _check_zeros(pairs: Eigenpairs, surface: Surface) -> None:
+    """Each component has one zero eigenvalue, no more and no less."""
+    pieces = topology(surface.triangles).components
+    if pairs.zero_count != min(pieces, len(pairs.values)):
+        raise SpectrumError(
+            "S05",
+            f"eigenvalues: expected a zero for each of {pieces} components, got "
+            f"{pairs.zero_count}; ask for more pairs than components",
+        )
+
+
 def _relative(floor: Floats, change: Floats) -> float:
     size = float(np.sqrt(np.nanmean(change**2)))
-    return float(np.sqrt(np.nanmean(floor**2))) / size if size > 0 else 0.0
+    if size == 0 or not np.isfinite(floor).any():
+        return 0.0 if size == 0 else float("nan")
+    return float(np.sqrt(np.nanmean(floor**2))) / size
 
 
-def _groups(change: Floats, significant: Bools, groups: int, rng: int) -> Clusters:
-    """Groups of the significant rows; fewer if they are not that many distinct ones."""
-    rows = np.where(significant[:, None], change, np.nan)
-    distinct = len(np.unique(change[significant], axis=0))
-    if distinct == 0:
+def _groups(change: Floats, floor: Floats, significant: Bools, groups: int, rng: int) -> Clusters:
+    """Groups of the significant rows, as many as differ by more than the noise."""
+    if not significant.any():
         labels = np.full(len(change), -1, dtype=np.int64)
         return Clusters(labels, np.empty((0, change.shape[1])))
-    return k_medians(rows, min(groups, distinct), rng=rng)
+    rows = np.where(significant[:, None], change, np.nan)
+    noise = float(change_norm(floor[significant]).mean())
+    count = min(groups, len(np.unique(change[significant], axis=0)))
+    while True:
+        clusters = k_medians(rows, count, rng=rng)
+        centers = clusters.centers
+        apart = np.abs(centers[:, None] - centers[None]).mean(axis=2) + np.diag([np.inf] * count)
+        if count == 1 or apart.min() > 2 * noise:
+            return clusters
+        count -= 1

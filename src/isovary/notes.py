@@ -25,38 +25,10 @@ def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Notes on known faults begin with their code.
+        Notes on known faults end with their code.
     """
     notes = []
-    if not result.change.any():
-        notes.append("C06: the two isosurfaces are identical: no change at all.")
-    elif not result.significant.any():
-        notes.append("The change is nowhere above the noise floor: nothing is shown as change.")
-    elif result.relative_noise > wanted_noise:
-        notes.append(
-            f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for more "
-            "vertices, or for carried meshes, to see finer."
-        )
-    sampling = _sampling_error(result)
-    if sampling > wanted_noise * result.motion.total_rms > 0:
-        notes.append(
-            f"The samples are coarse: they misplace the isosurface by about {sampling:.2g} "
-            f"({sampling / result.motion.total_rms:.0%} of the rms displacement). The noise floor "
-            "does not contain that: use a finer grid."
-        )
-    if result.topology.components > 1:
-        notes.append(f"I06: the isosurface has {result.topology.components} components.")
-    if result.topology.boundary_loops > 0:
-        notes.append(
-            f"I05: the isosurface leaves the box: {result.topology.boundary_loops} boundary "
-            "loop(s); near a rim the natural boundary doubles the signature at small times."
-        )
-    if result.coverage < 1:
-        lost = int((~result.correspondence.found).sum())
-        notes.append(f"C02: {lost} nodes found no partner; they are grey, not unchanged.")
-    used = len(result.base_pairs.values)
-    if used < result.choices["pairs"]:  # type: ignore[operator]
-        notes.append(f"S04: {used} eigenpairs used; the count asked for would cut a multiplet.")
+    carried = result.choices["correspondence"] == "carried"
     if result.motion.share > _RIGID_SHARE:
         shift = np.linalg.norm(result.motion.translation)
         turn = np.degrees(np.linalg.norm(result.motion.rotation))
@@ -66,11 +38,33 @@ def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
             "intrinsic shape, but along normals it slides corresponding points: part of the change "
             "may be false. If the two runs do not share one frame of reference, align them first."
         )
+    if not result.change.any():
+        notes.append("The two isosurfaces are identical: no change at all. [C06]")
+    elif not result.significant.any():
+        notes.append("The change is nowhere twice the noise floor: nothing is shown as change.")
+    elif result.relative_noise > wanted_noise:
+        notes.append(
+            f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for "
+            + ("more vertices" if carried else "carried meshes")
+            + " to see finer."
+        )
+    samples = result.choices["noise_of_the_samples"]
+    if isinstance(samples, float) and not samples <= wanted_noise:
+        size = f"cause {samples:.0%} of the change (rms)" if samples == samples else "are too few"
+        notes.append(f"The samples of the fields {size}: only a finer grid tells more.")
+    if result.topology.components > 1:
+        notes.append(f"The isosurface has {result.topology.components} components. [I06]")
+    if result.topology.boundary_loops > 0:
+        notes.append(
+            f"The isosurface leaves the box: {result.topology.boundary_loops} rim(s); near a rim "
+            "the natural boundary doubles the signature at small times. [I05]"
+        )
+    if result.coverage < 1:
+        lost = int((~result.correspondence.found).sum())
+        notes.append(f"{lost} nodes found no partner; they are grey, not unchanged. [C02]")
+    used = len(result.base_pairs.values)
+    if used < result.choices["pairs"]:  # type: ignore[operator]
+        notes.append(
+            f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"
+        )
     return tuple(notes)
-
-
-def _sampling_error(result: Comparison) -> float:
-    """Length by which the samples misplace the isosurface: a sixteenth of that of every other."""
-    errors = result.choices["interpolation_errors_at_half_resolution"]
-    chosen = result.choices["interpolation"]
-    return errors.get(chosen, 0.0) / 16 if isinstance(errors, dict) else 0.0

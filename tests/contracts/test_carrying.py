@@ -44,6 +44,103 @@ def test_distance_is_the_rays_root(ellipsoid):
     np.testing.assert_allclose(field.value(carried.points), ELLIPSOID_ISOVALUE, rtol=1e-12)
 
 
+def test_carried_normals_are_the_perturbed_fields(ellipsoid):
+    """Oracle: analytic. Gradient of the shifted ellipsoid at the carried points, not the base's."""
+    axes, shift = np.array([1.1, 0.9, 2.2]), np.array([0.05, 0.03, -0.04])
+    field = ellipsoid_field(tuple(axes), shift=tuple(shift))
+    carried, _ = iv.carry(ellipsoid, field, ELLIPSOID_ISOVALUE)
+    exact = (carried.points - shift) / axes**2
+    exact /= np.linalg.norm(exact, axis=1, keepdims=True)
+    np.testing.assert_allclose(carried.normals, exact, atol=1e-9)
+    assert np.abs(carried.normals - ellipsoid.normals).max() > 0.05
+
+
+def plane(height=0.0):
+    """Four nodes at a height, normals along z."""
+    corners = np.array([[0.0, 0, height], [1, 0, height], [1, 1, height], [0, 1, height]])
+    return iv.Surface(corners, [[0, 1, 2], [0, 2, 3]])
+
+
+def falling_through(*roots):
+    """A field of z alone with these roots, on samples 0.2 apart."""
+    return iv.ScalarField.from_function(
+        lambda p: -np.prod([p[..., 2] - root for root in roots], axis=0),
+        ((-0.5, -0.5, -1.0), (1.5, 1.5, 1.0)),
+        (5, 5, 11),
+    )
+
+
+@pytest.mark.parametrize(("up", "down"), [(0.06, 0.03), (0.03, 0.06)])
+def test_the_nearer_of_two_roots_within_one_step_wins(up, down):
+    """Oracle: analytic. A cubic falls at -down and at +up, and rises in between."""
+    field = falling_through(-down, 0.5 * (up - down), up)
+    _, match = iv.carry(plane(0.5 * (up - down)), field, 0.0)
+    middle = 0.5 * (up - down)
+    exact = up - middle if up - middle < middle + down else -down - middle
+    np.testing.assert_allclose(np.abs(match.distance), abs(exact), atol=1e-12)
+    shifted = 0.3 * min(up, down) * (1 if up < down else -1)
+    _, match = iv.carry(plane(middle + shifted), field, 0.0)
+    exact = up - middle - shifted if shifted > 0 else -down - middle - shifted
+    np.testing.assert_allclose(match.distance, exact, atol=1e-12)
+
+
+def test_a_node_on_a_rising_root_goes_on():
+    """Oracle: analytic. At z = 0 the field rises; the falls at -0.3 and 0.4 face the right way."""
+    _, match = iv.carry(plane(), falling_through(-0.3, 0.0, 0.4), 0.0, reach=0.9)
+    np.testing.assert_allclose(match.distance, -0.3, atol=1e-12)
+
+
+def test_rim_nodes_stay_on_their_face_and_find_partners():
+    """Oracle: analytic. A sphere cut at x = -0.4 grows by 5 %: its rim moves in the face."""
+
+    def cut(radius):
+        return iv.ScalarField.from_function(
+            lambda p: -((p / radius) ** 2).sum(axis=-1),
+            ((-0.4, -1.6, -1.6), (1.6, 1.6, 1.6)),
+            (21, 33, 33),
+        )
+
+    base = iv.marching_cubes(cut(1.0), -1.0, vertices=300)
+    carried, match = iv.carry(base, cut(1.05), -1.0)
+    rim = np.abs(base.points[:, 0] + 0.4) < 1e-10
+    assert rim.sum() > 20
+    assert match.found[rim].all()
+    assert np.abs(carried.points[rim, 0] + 0.4).max() < 1e-10
+    np.testing.assert_allclose(np.linalg.norm(carried.points, axis=1), 1.05, atol=1e-9)
+    exact = np.sqrt(1.05**2 - 0.16) - np.sqrt(1 - 0.16)
+    np.testing.assert_allclose(match.distance[rim], exact, atol=1e-9)
+
+
+def test_a_mesh_turned_over_is_refused():
+    """Oracle: analytic. A node sent sideways past its neighbours turns triangles over: C05."""
+    sphere = iv.icosphere(2)
+    normals = sphere.normals.copy()
+    normals[0] = np.cross(normals[0], [0.3, 0.5, 0.8])  # a node sent sideways, far
+    normals[0] += 0.6 * sphere.normals[0]
+    normals[0] /= np.linalg.norm(normals[0])
+    ball = iv.ScalarField.from_function(
+        lambda p: -(p**2).sum(axis=-1), ((-2, -2, -2), (2, 2, 2)), (21, 21, 21)
+    )
+    skewed = iv.Surface(sphere.points, sphere.triangles, normals)
+    with pytest.raises(iv.CorrespondenceError, match="C05"):
+        iv.carry(skewed, ball, -(1.5**2))
+
+
+@pytest.mark.parametrize(("offset", "amplitude"), [(300.0, 1.0), (101325.0, 10.0), (1e6, 1.0)])
+def test_an_offset_does_not_move_identical_fields(offset, amplitude):
+    """Oracle: algebra. Pressure or temperature on top of a large constant: exactly no move."""
+    field = iv.ScalarField.from_function(
+        lambda p: offset + amplitude * np.exp(-(p**2).sum(axis=-1)),
+        ((-2, -2, -2), (2, 2, 2)),
+        (33, 33, 33),
+    )
+    isovalue = offset + 0.4 * amplitude
+    base = iv.marching_cubes(field, isovalue, vertices=300)
+    carried, match = iv.carry(base, field, isovalue)
+    assert (match.distance == 0).all()
+    np.testing.assert_array_equal(carried.points, base.points)
+
+
 def test_a_second_sheet_facing_the_other_way_is_not_taken():
     """Oracle: analytic. Between two nested shells the inner wall of the outer shell is refused.
 

@@ -66,6 +66,16 @@ def test_unknown_rows_stay_unknown(method):
     np.testing.assert_array_equal(found.labels[known], truth[known])
 
 
+def test_empty_groups_are_refilled():
+    """Oracle: algebra. From seeds that leave two groups empty, no group stays empty."""
+    from isovary.clustering._k_medians import _lloyd
+
+    rows = np.array([[0.0], [1.0], [2.0], [3.0]])
+    centers, labels, _ = _lloyd(rows, np.array([[1.5], [90.0], [95.0]]))
+    assert set(labels) == {0, 1, 2}
+    assert np.isfinite(centers).all()
+
+
 def test_no_group_is_empty_and_too_many_are_refused():
     """Oracle: algebra. Two distinct rows give two groups; three are refused with the number."""
     rows = np.array([[1.0, 0]] * 7 + [[0.0, 1]] * 2)

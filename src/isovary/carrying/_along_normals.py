@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import ArgumentError, CorrespondenceError
-from ..geometry import EDGES, Bools, Floats, Ints, linear_triangles, own_places
+from ..errors import ArgumentError, CorrespondenceError, MeshError
+from ..geometry import (
+    EDGES,
+    Bools,
+    Floats,
+    Ints,
+    linear_triangles,
+    node_places,
+    own_places,
+    tangents,
+)
 from ..projection import outward_normals, project
 from ..records import Correspondence, ScalarField, Surface
 
 _NEWTON_STEPS = 60
-_LOST_LIMIT = 0.2
+_LOST_LIMIT = 0.5
 
 
 def carry(
@@ -22,7 +31,8 @@ def carry(
     field(x + s n) = isovalue at which the field falls along n, as it does on
     the base; both directions are searched. Connectivity stays, so the
     correspondence is known and the discretization errors of the two
-    signatures cancel.
+    signatures cancel. Nodes on a face of the field's box move within it, along
+    the part of their normal that lies in the face.
 
     Parameters
     ----------
@@ -33,8 +43,8 @@ def carry(
     isovalue : float
         In the field's unit.
     reach : float, optional
-        Longest distance searched; default a quarter of the diagonal of the
-        base's bounding box.
+        Longest distance searched, to a third of a grid cell; default a quarter
+        of the diagonal of the base's bounding box.
 
     Returns
     -------
@@ -45,12 +55,15 @@ def carry(
     correspondence : Correspondence
         Each node matched to itself; ``triangle`` is -1 for nodes that were
         filled in: no data, to be shown as unknown. ``hits`` counts the roots
-        met up to the nearest one in either direction.
+        met up to the nearest one: 2 where both directions hold one at about
+        the same distance.
 
     Raises
     ------
     CorrespondenceError
-        C02 if more than a fifth of the nodes find no root within reach.
+        C02 if more than half of the nodes find no root within reach, or a lost
+        node cannot be filled in; C05 if triangles are turned over: the
+        surfaces are farther apart than their features are large.
     ArgumentError
         A02 for a reach that is not positive.
 
@@ -79,75 +92,80 @@ def carry(
     reach = diagonal / 4 if reach is None else reach
     if not reach > 0:
         raise ArgumentError("A02", f"reach: expected a positive length, got {reach}")
-    low, high, hits = _brackets(surface, field, isovalue, reach)
-    found = np.isfinite(low)
+    rays = _directions(surface, field)
+    distance, hits = _nearest_roots(surface.points, rays, field, isovalue, reach)
+    found = np.isfinite(distance)
     _check_lost(found, reach)
-    distance = np.full(len(low), np.nan)
-    distance[found] = _roots(surface, field, isovalue, found, low[found], high[found])
-    points = surface.points + distance[:, None] * surface.normals
+    points = surface.points + distance[:, None] * rays
     if not found.all():
         points = _filled(surface, points, found, field, isovalue)
     carried = Surface(points, surface.triangles, outward_normals(points, field, isovalue))
+    _check_turned(carried)
     triangle, places = own_places(surface.triangles)
     triangle, places = np.where(found, triangle, -1), np.where(found[:, None], places, np.nan)
     return carried, Correspondence(triangle, places, distance, hits)
 
 
-def _brackets(
-    surface: Surface, field: ScalarField, isovalue: float, reach: float
-) -> tuple[Floats, Floats, Ints]:
-    """Nearest interval of each normal in which the field falls through the isovalue, NaN if none.
+def _directions(surface: Surface, field: ScalarField) -> Floats:
+    """Unit normals, without the part that would leave the faces of the box a node lies on."""
+    low, high = field.bounds
+    edge = 1e-9 * (high - low)
+    on_face = (np.abs(surface.points - low) < edge) | (np.abs(surface.points - high) < edge)
+    within = np.where(on_face, 0.0, surface.normals)
+    length = np.linalg.norm(within, axis=1, keepdims=True)
+    rays: Floats = np.where(length > 0.1, within / np.maximum(length, 0.1), np.nan)
+    return rays
 
-    A node already on the isosurface to rounding gets the empty interval [0, 0].
+
+def _nearest_roots(
+    points: Floats, rays: Floats, field: ScalarField, isovalue: float, reach: float
+) -> tuple[Floats, Ints]:
+    """Signed distance of the nearest root of each ray, NaN if none, and the roots met.
+
+    A node already on the isosurface to rounding stays: distance exactly 0.
     """
-    points, normals = surface.points, surface.normals
     step = float(field.spacing.min()) / 3
     start, gradient = field.level_set(points, isovalue)
+    slope = np.linalg.norm(gradient, axis=1)
     size = max(float(np.abs(points).max()), step)
-    along = np.einsum("nd,nd->n", gradient, normals)
-    at_home = np.abs(start) <= 1e-13 * size * np.linalg.norm(gradient, axis=1)
-    at_home &= along < 0
-    low = np.where(at_home, 0.0, np.nan)
-    high = low.copy()
+    at_home = np.abs(start) <= 1e-13 * size * slope + field.rounding
+    at_home &= np.einsum("nd,nd->n", gradient, rays) < 0
+    distance = np.where(at_home, 0.0, np.nan)
     hits = at_home.astype(np.int64)
-    previous = {1: start.copy(), -1: start.copy()}
+    before = {1: start.copy(), -1: start.copy()}
     for count in range(int(np.ceil(reach / step))):
-        open_ = np.flatnonzero(np.isnan(low))
-        if len(open_) == 0:
+        lost = np.flatnonzero(np.isnan(distance))
+        if len(lost) == 0:
             break
         for sign in (1, -1):
-            near, far = sign * count * step, sign * (count + 1) * step
-            value, _ = field.level_set(points[open_] + far * normals[open_], isovalue)
-            before = previous[sign][open_]
-            falls = (before > 0) & (value <= 0) if sign > 0 else (before <= 0) & (value > 0)
-            crossed = open_[falls]
-            nearer = np.isnan(low[crossed])
+            far = sign * (count + 1) * step
+            value, _ = field.level_set(points[lost] + far * rays[lost], isovalue)
+            near_value = before[sign][lost]
+            falls = (near_value > 0) & (value <= 0) if sign > 0 else (near_value <= 0) & (value > 0)
+            before[sign][lost] = value
+            crossed = lost[falls]
+            low, high = sorted((sign * count * step, far))
+            root = _roots(points[crossed], rays[crossed], field, isovalue, low, high)
+            nearer = ~(np.abs(distance[crossed]) <= np.abs(root))
+            distance[crossed[nearer]] = root[nearer]
             hits[crossed] += 1
-            low[crossed[nearer]], high[crossed[nearer]] = min(near, far), max(near, far)
-            previous[sign][open_] = value
-    return low, high, hits
+    return distance, hits
 
 
 def _roots(
-    surface: Surface,
-    field: ScalarField,
-    isovalue: float,
-    which: Bools,
-    low: Floats,
-    high: Floats,
+    points: Floats, rays: Floats, field: ScalarField, isovalue: float, start: float, stop: float
 ) -> Floats:
-    """Newton steps along the normals, replaced by bisection where they leave the bracket."""
-    points, normals = surface.points[which], surface.normals[which]
-    low, high = low.copy(), high.copy()
-    rounding = 1e-14 * max(float(np.abs(points).max()), float(np.abs(high).max()))
+    """Newton steps along the rays, replaced by bisection where they leave the bracket."""
+    low, high = np.full(len(points), start), np.full(len(points), stop)
+    rounding = 1e-14 * max(float(np.abs(points).max(initial=0.0)), abs(start), abs(stop))
     root = (low + high) / 2
-    active = np.flatnonzero(high > low)
+    active = np.arange(len(points))
     for _ in range(_NEWTON_STEPS):
         if len(active) == 0:
             break
-        place = points[active] + root[active, None] * normals[active]
+        place = points[active] + root[active, None] * rays[active]
         value, gradient = field.level_set(place, isovalue)
-        slope = np.einsum("nd,nd->n", gradient, normals[active])
+        slope = np.einsum("nd,nd->n", gradient, rays[active])
         inside = value > 0
         low[active] = np.where(inside, root[active], low[active])
         high[active] = np.where(inside, high[active], root[active])
@@ -194,5 +212,28 @@ def _filled(
     start = surface.points + move
     lost = ~found
     filled = np.where(lost[:, None], start, points)
-    filled[lost] = project(start[lost], field, isovalue)
+    try:
+        filled[lost] = project(start[lost], field, isovalue)
+    except MeshError as error:
+        raise CorrespondenceError(
+            "C02",
+            f"nodes: expected a partner, or a place beside the neighbours, got {lost.sum()} "
+            f"without, first {np.flatnonzero(lost)[:5].tolist()}, that could not be "
+            "filled in; go in smaller steps of the parameter",
+        ) from error
     return filled
+
+
+def _check_turned(carried: Surface) -> None:
+    """Every triangle must face where the field falls, as it did on the base."""
+    jacobian = tangents(carried.points, carried.triangles, node_places(carried.order))
+    facing = np.cross(jacobian[..., 0], jacobian[..., 1])
+    along = np.einsum("mqd,mqd->mq", facing, carried.normals[carried.triangles])
+    turned = along.min(axis=1) <= 0
+    if turned.any():
+        raise CorrespondenceError(
+            "C05",
+            f"triangles: expected all carried ones to face outward, got {turned.sum()} turned "
+            f"over, first {np.flatnonzero(turned)[:5].tolist()}; the surfaces are too far apart "
+            "for their features: go in smaller steps of the parameter",
+        )

@@ -105,9 +105,9 @@ def _lloyd(data: Floats, centers: Floats) -> tuple[Floats, Ints, float]:
     for _ in range(_ROUNDS):
         distance = _distances(data, centers)
         nearest = distance.argmin(axis=1)
-        for group in range(len(centers)):
-            if not (nearest == group).any():  # refill from the farthest row
-                nearest[distance.min(axis=1).argmax()] = group
+        for group in np.setdiff1d(np.arange(len(centers)), nearest):  # refill an empty group
+            shared = np.bincount(nearest, minlength=len(centers))[nearest] > 1
+            nearest[np.where(shared, distance.min(axis=1), -1.0).argmax()] = group
         if np.array_equal(nearest, labels):
             break
         labels = nearest

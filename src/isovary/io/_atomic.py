@@ -13,7 +13,7 @@ from pathlib import Path
 
 from ..errors import RunError
 
-_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC))
+_FULL = (errno.ENOSPC, getattr(errno, "EDQUOT", errno.ENOSPC), errno.EFBIG)
 
 
 @contextmanager
@@ -58,8 +58,7 @@ def write_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
     >>> [path.name for path in parent.iterdir()]
     ['out']
     """
-    target = Path(out).resolve()
-    _check_replaceable(target)
+    target = check_output(out)
     token = secrets.token_hex(6)
     temporary = target.parent / f".{target.name}.{token}.part"
     _make(temporary)
@@ -74,6 +73,34 @@ def write_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
             ) from error
         raise
     _move(temporary, target, target.parent / f".{target.name}.{token}.old")
+
+
+def check_output(out: str | os.PathLike[str]) -> Path:
+    """The absolute path of a result folder, if results may go there; to be asked before the work.
+
+    Parameters
+    ----------
+    out : path
+
+    Returns
+    -------
+    Path
+
+    Raises
+    ------
+    RunError
+        W02 if the folder holds something else, W07 if its parent cannot be written.
+    """
+    target = Path(out).resolve()
+    _check_replaceable(target)
+    parent = next(folder for folder in target.parents if folder.exists())
+    if not parent.is_dir() or not os.access(parent, os.W_OK):
+        raise RunError(
+            "W07",
+            f"{parent}: expected a folder that can be written, got one that cannot; "
+            "name another one or change its rights",
+        )
+    return target
 
 
 def _check_replaceable(target: Path, kept: str = "") -> None:

@@ -69,9 +69,9 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
     timings = dict(result.timings)
     with write_folder(out) as folder:
         with _stage("data files", 0.0, timings, progress):
-            _change_grid(result).save(folder / "change.vtu")
-            _perturbed_grid(result).save(folder / "perturbed.vtu")
-            _flat_surface(result).save(folder / "change.vtp")
+            _write(_change_grid(result), folder / "change.vtu")
+            _write(_perturbed_grid(result), folder / "perturbed.vtu")
+            _write(_flat_surface(result), folder / "change.vtp")
         with _stage("overview picture", 0.2, timings, progress):
             picture = overview(result)
             picture.savefig(folder / "overview.png")
@@ -101,6 +101,19 @@ def _grid(surface: Surface) -> pv.UnstructuredGrid:
 
     cell = _VTK_TRIANGLE if surface.order == 1 else _VTK_QUADRATIC_TRIANGLE
     return pv.UnstructuredGrid({cell: surface.triangles}, surface.points)
+
+
+def _write(data: pv.DataSet, path: Path) -> None:
+    """VTK makes the XML in memory and Python writes it: VTK's own writer crashes on a full disk."""
+    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
+
+    writer = vtkXMLPolyDataWriter() if path.suffix == ".vtp" else vtkXMLUnstructuredGridWriter()
+    writer.SetInputData(data)
+    writer.SetDataModeToBinary()
+    writer.SetCompressorTypeToZLib()
+    writer.WriteToOutputStringOn()
+    writer.Write()
+    path.write_text(writer.GetOutputString(), encoding="utf-8")
 
 
 def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:

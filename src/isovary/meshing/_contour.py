@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import FieldError
-from ..geometry import Floats, Ints, node_normals
+from ..geometry import Bools, Floats, Ints, node_normals
 from ..records import ScalarField, Surface
+
+_FINEST = 4  # cells of the contouring grid along one of the data's: the spline has no more detail
 
 
 def contour(field: ScalarField, isovalue: float, *, resolution: float | None = None) -> Surface:
@@ -24,8 +26,8 @@ def contour(field: ScalarField, isovalue: float, *, resolution: float | None = N
     isovalue : float
         In the field's unit.
     resolution : float, optional
-        Largest cell edge of the contouring grid; default and upper limit: the
-        data's spacing.
+        Largest cell edge of the contouring grid; at most the data's spacing (the
+        default), at least a quarter of it.
 
     Returns
     -------
@@ -47,12 +49,12 @@ def contour(field: ScalarField, isovalue: float, *, resolution: float | None = N
     The contourer is VTK's flying edges.
     """
     field.check_isovalue(isovalue)
-    factors = np.ones(3, dtype=int)
-    if resolution is not None:
-        factors = np.maximum(np.ceil(field.spacing / resolution - 1e-9), 1).astype(int)
-    samples, level = field.refine(factors), isovalue
-    if field.logarithmic:
-        samples, level = np.log(samples), float(np.log(isovalue))
+    finest = field.spacing.max() if resolution is None else resolution
+    wanted = np.ceil(field.spacing / finest - 1e-9).astype(int)
+    factors = np.clip(wanted, 1, _FINEST)
+    low, high = _crossed(field.values > isovalue)
+    level = float(np.log(isovalue)) if field.logarithmic else isovalue
+    samples = field.refine(factors, low, high)
     index, triangles = _flying_edges(_keep_clear(samples, level), level)
     if len(triangles) == 0:
         raise FieldError(
@@ -60,10 +62,22 @@ def contour(field: ScalarField, isovalue: float, *, resolution: float | None = N
             f"isovalue: expected one that the samples cross, got {isovalue:.6g}; "
             "the isosurface is smaller than a grid cell",
         )
-    points = field.origin + index * (field.spacing / factors)
+    points = field.origin + (low + index / factors) * field.spacing
     _, gradient = field.level_set(points, isovalue)
     along = np.nansum(node_normals(points, triangles) * gradient)
     return Surface(points, triangles if along < 0 else triangles[:, ::-1])
+
+
+def _crossed(above: Bools) -> tuple[Ints, Ints]:
+    """First and last index (3,) of the block of samples around every sign change, one to spare."""
+    shape = np.array(above.shape)
+    low, high = shape - 1, np.zeros(3, dtype=int)
+    for axis in range(3):
+        flips = np.argwhere(np.diff(above.astype(np.int8), axis=axis) != 0)
+        if len(flips):
+            low = np.minimum(low, flips.min(axis=0))
+            high = np.maximum(high, flips.max(axis=0) + np.eye(3, dtype=int)[axis])
+    return np.maximum(low - 1, 0), np.minimum(high + 1, shape - 1)
 
 
 def _keep_clear(samples: Floats, isovalue: float) -> Floats:
@@ -83,7 +97,7 @@ def _keep_clear(samples: Floats, isovalue: float) -> Floats:
 
 
 def _flying_edges(samples: Floats, isovalue: float) -> tuple[Floats, Ints]:
-    """Vertices in index coordinates (double precision) and triangles."""
+    """Vertices in index coordinates (VTK's single precision) and triangles."""
     from vtkmodules.util.numpy_support import numpy_to_vtk, vtk_to_numpy
     from vtkmodules.vtkCommonDataModel import vtkImageData
     from vtkmodules.vtkFiltersCore import vtkFlyingEdges3D

@@ -26,8 +26,8 @@ def interpolation_errors(field: ScalarField, isovalue: float) -> dict[str, float
     -------
     dict
         Root-mean-square error by interpolation, ``"plain"`` and, for positive
-        fields, ``"logarithmic"``; length. Empty if the field has fewer than
-        seven samples along an axis.
+        fields, ``"logarithmic"``; length. Empty if every other sample is no
+        field: fewer than seven along an axis, or a constant.
 
     Notes
     -----
@@ -38,6 +38,8 @@ def interpolation_errors(field: ScalarField, isovalue: float) -> dict[str, float
         return {}
     points, values = _held_out(field, isovalue)
     half = field.values[::2, ::2, ::2]
+    if len(points) == 0 or half.min() == half.max():
+        return {}
     errors = {}
     for name, logarithmic in (("plain", False), ("logarithmic", True)):
         if logarithmic and not (field.values.min() > 0 and isovalue > 0):
@@ -45,8 +47,8 @@ def interpolation_errors(field: ScalarField, isovalue: float) -> dict[str, float
         coarse = ScalarField(half, 2 * field.spacing, field.origin, field.name, logarithmic)
         level = np.log(values) if logarithmic else values
         predicted, gradient = coarse.level_set(points, 1.0 if logarithmic else 0.0)
-        error = (predicted - level) / np.linalg.norm(gradient, axis=1)
-        errors[name] = float(np.sqrt(np.nanmean(error**2)))
+        slope = np.maximum(np.linalg.norm(gradient, axis=1), coarse.rounding)
+        errors[name] = float(np.sqrt(np.mean(((predicted - level) / slope) ** 2)))
     return errors
 
 

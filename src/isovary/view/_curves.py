@@ -62,7 +62,7 @@ def draw_signatures(axes: Axes, times: Floats, curves: Curves) -> None:
     top.set_xlabel("diffusion length √(4t)")
     _round_ticks(top.xaxis)
     _round_ticks(axes.xaxis)
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    _round_ticks(axes.yaxis)
     _calm(axes)
 
 

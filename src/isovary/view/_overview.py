@@ -34,7 +34,7 @@ def overview(result: Comparison) -> Figure:
     -----
     Three panels show the base surface from one side, the one that shows most of
     the change and the point that changed most, in parallel projection: a length
-    in the picture is a length of the surface. What is not above the noise floor
+    in the picture is a length of the surface. What is less than twice the noise floor
     is light grey, what is unknown is hatched dark grey.
 
     Cost: 2 s, the first time 5 s.
@@ -70,11 +70,14 @@ def prepare(result: Comparison) -> View:
 
 def _heading(figure: Figure, view: View) -> None:
     result = view.result
-    words = verdict(result, view.significant_share)
+    words = verdict(result, view.half_share)
     fit_line(figure, 0.02, 0.975, words, 0.96, size=15, weight="bold", color=INK)
     parts = [f"Isosurface {title(result)}, base against perturbed"]
     if result.significant.any():
-        parts.append(f"numerical noise {percent(result.relative_noise)} of the change")
+        parts.append(
+            f"more than twice the noise on {percent(view.significant_share)} of the surface"
+        )
+        parts.append(f"noise {percent(result.relative_noise)} of the change")
     if view.peak is not None:
         parts.append("○ marks the point that changed most")
     fit_line(figure, 0.02, 0.92, "   ·   ".join(parts), 0.96, size=10, color=SOFT)

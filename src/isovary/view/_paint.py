@@ -11,6 +11,7 @@ from matplotlib.colors import Colormap, ListedColormap, to_rgb
 from ..comparison import Comparison
 from ..difference import change_norm
 from ..geometry import Floats
+from ..noise import SIGNIFICANCE
 from ._tessellate import at_pieces, nearest_nodes
 
 NEUTRAL = to_rgb("#d5d5d5")
@@ -68,7 +69,7 @@ class Samples:
 def node_samples(result: Comparison) -> Samples:
     """What is known at the nodes of the base."""
     norm, noise = result.change_norm, change_norm(result.noise_floor)
-    excess = np.abs(np.nan_to_num(norm - noise)) + np.finfo(float).tiny
+    excess = np.abs(np.nan_to_num(norm - SIGNIFICANCE * noise)) + np.finfo(float).tiny
     labels = result.clusters.labels
     return Samples(
         norm=norm,

@@ -54,6 +54,16 @@ class View:
         return float(areas @ ((self.samples.margin > 0) & (self.samples.known > 0)) / areas.sum())
 
     @property
+    def half_share(self) -> float:
+        """Smallest part of the area that holds half of the significant change."""
+        shown = (self.samples.margin > 0) & (self.samples.known > 0)
+        norm = np.where(shown, np.nan_to_num(self.samples.norm), 0.0)
+        order = np.argsort(-norm)
+        held = np.cumsum((norm * self.pieces.areas)[order])
+        count = int(np.searchsorted(held, 0.5 * held[-1])) + 1
+        return float(self.pieces.areas[order[:count]].sum() / self.pieces.areas.sum())
+
+    @property
     def mark(self) -> Floats | None:
         """The marked point in the picture (2,)."""
         if self.peak is None:
@@ -92,7 +102,7 @@ def displacement_panel(figure: Figure, view: View) -> None:
     lines = mesh_lines(view.result.perturbed, view.camera, limit + 0.005 * size)
     _draw(axes, view, paint.paint_displacement(view.samples, limit), lines)
     if limit > 0:
-        words = "displacement along the normal (length)"
+        words = "displacement along the normal,\npositive towards lower values (length)"
         color_bar(figure, (0.44, 0.552, 0.195, 0.012), paint.MOVE_MAP, (-limit, limit), words)
     else:
         figure.text(0.5375, 0.55, "no displacement", size=8.5, color=SOFT, ha="center")

@@ -61,7 +61,7 @@ def write_report(
     Cost: 1 s besides the picture; 6 MB for 4 000 nodes.
     """
     view = prepare(result)
-    words = verdict(result, view.significant_share)
+    words = verdict(result, view.half_share)
     parts = {
         "title": escape(f"isovary: {title(result)}"),
         "verdict": escape(words),
@@ -130,7 +130,7 @@ def _keys(view: View) -> str:
         f'<p><label>Scale <input id="scale" type="range" min="0" max="{steps}" '
         f'value="{steps // 2}"></label><br><span id="scale-words"></span></p>'
     )
-    grey = _patch(to_hex(paint.NEUTRAL), "not above the noise floor")
+    grey = _patch(to_hex(paint.NEUTRAL), "less than twice the noise floor")
     lost = _patch(to_hex(paint.NO_PARTNER), "no partner: unknown") if result.coverage < 1 else ""
     keys = {
         "change": _bar(paint.NORM_MAP, "0 %", percent(limit), "mean over times of |change|", limit)

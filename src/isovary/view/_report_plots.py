@@ -144,7 +144,7 @@ def scale_limit(result: Comparison) -> float:
 def scale_bytes(result: Comparison) -> dict[str, Any]:
     """The change of each node at each time as a byte, and the colour of each byte.
 
-    0: no partner; 1: not above the noise floor; 2 to 254: from -limit to limit.
+    0: no partner; 1: below twice the noise floor; 2 to 254: from -limit to limit.
     """
     limit = scale_limit(result) or 1.0
     share = np.clip(np.nan_to_num(result.change) / limit, -1, 1)

@@ -44,24 +44,33 @@ def peak(result: Comparison) -> int | None:
     return best if norm[best] > 0 else None
 
 
-def verdict(result: Comparison, significant_share: float) -> str:
+MOSTLY_RIGID = 0.9
+"""Share of the squared displacement above which the change is not called one."""
+
+
+def verdict(result: Comparison, half_share: float) -> str:
     """What was found, in one sentence.
 
     Parameters
     ----------
     result : Comparison
-    significant_share : float
-        Part of the area above the noise floor.
+    half_share : float
+        Smallest part of the area that holds half of the significant change.
     """
     marked = peak(result)
     if marked is None:
         return "No change: the two isosurfaces are identical"
     if not result.significant.any():
         most = percent(float(result.change_norm[marked]))
-        return f"No significant change: the largest, {most}, is not above the noise floor"
+        return f"No significant change: the largest, {most}, is less than twice the noise floor"
+    if result.motion.share > MOSTLY_RIGID:
+        return (
+            f"Mostly a rigid motion ({percent(result.motion.share)} of the displacement): "
+            "the change shown may be false"
+        )
     return (
-        f"Intrinsic shape changed by up to {percent(norm_limit(result))}; "
-        f"{percent(significant_share)} of the surface changed more than the numerical noise"
+        f"Intrinsic shape changed by up to {percent(norm_limit(result))}; half of the change lies "
+        f"on {percent(half_share)} of the surface"
     )
 
 
