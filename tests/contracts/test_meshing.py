@@ -117,6 +117,20 @@ def test_surface_cut_by_the_box():
     assert surface.area == pytest.approx(2 * np.pi * 0.7, rel=1e-3)  # Archimedes: 2 pi r h
 
 
+def test_rim_corners_stay_corners():
+    """Oracle: analytic. A tilted plane through a box: its four corners lie on the box's edges."""
+    box = ((-1.0, -1.0, -1.0), (1.0, 1.2, 1.0))
+    field = iv.ScalarField.from_function(
+        lambda p: 0.1 * p[..., 0] - 0.2 * p[..., 1] - p[..., 2], box, (12, 13, 14)
+    )
+    surface = iv.marching_cubes(field, 0.0, vertices=150)
+    for x in (-1.0, 1.0):
+        for y in (-1.0, 1.2):
+            corner = np.array([x, y, 0.1 * x - 0.2 * y])
+            assert np.linalg.norm(surface.points - corner, axis=1).min() < 1e-9
+    assert surface.area == pytest.approx(2 * 2.2 * np.sqrt(1 + 0.01 + 0.04), rel=1e-9)
+
+
 def test_several_components():
     """Oracle: analytic. Two unit spheres: two components, area 8 pi."""
     field = iv.ScalarField.from_function(

@@ -158,7 +158,7 @@ def _roots(
     """Newton steps along the rays, replaced by bisection where they leave the bracket."""
     low, high = np.full(len(points), start), np.full(len(points), stop)
     rounding = 1e-14 * max(float(np.abs(points).max(initial=0.0)), abs(start), abs(stop))
-    root = (low + high) / 2
+    root: Floats = np.asarray((low + high) / 2)
     active = np.arange(len(points))
     for _ in range(_NEWTON_STEPS):
         if len(active) == 0:

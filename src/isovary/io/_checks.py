@@ -59,7 +59,7 @@ def guess_suffix(path: Path) -> str | None:
     with path.open("rb") as stream:
         head = stream.read(1024)
     if _XML in head:
-        return ".vti"
+        return ".vti" if b"ImageData" in head else None
     return next((suffix for suffix, magic in MAGIC.items() if head.startswith(magic)), None)
 
 
@@ -118,15 +118,13 @@ def check_grid(
             )
 
 
-def choose(path: Path, array: str | None, names: Sequence[str], active: str | None = None) -> str:
-    """The array to read: the one asked for, the active one, or the only one; else F09."""
+def choose(path: Path, array: str | None, names: Sequence[str]) -> str:
+    """The array to read: the one asked for, or the only one; else F09."""
     listed = ", ".join(repr(name) for name in names[:20])
     if array is not None:
         if array in names:
             return array
         raise FileError("F09", f"{path}: array: expected one of {listed}, got {array!r}")
-    if active in names:
-        return str(active)
     if len(names) == 1:
         return names[0]
     raise FileError(

@@ -51,8 +51,8 @@ def read_field(
     path : path
         File to read.
     array : str, optional
-        Array to take. Not needed if the file holds only one, or marks one as
-        active (``.vti``).
+        Array to take. Not needed if the file holds only one; a file with several
+        is refused without it, with their names, rather than guessed at.
     spacing, origin : array (3,), optional
         Grid of an ``.npy`` or ``.npz`` file, whose keys ``spacing`` and
         ``origin`` they override; length. Without any, the spacing is 1 (with a

@@ -34,7 +34,7 @@ def read_vti(path: Path, array: str | None) -> Samples:
     """Samples of a point array with one component of a VTK image file."""
     header = read_header(path)
     shape = image_shape(path, header)
-    name = choose(path, array, _scalars(path, header, array), header.active)
+    name = choose(path, array, _scalars(path, header, array))
     check_room(path, header, header.named("PointData")[name], math.prod(shape))
     check_pieces(path, header, shape)
     check_lengths(path, header)

@@ -68,7 +68,6 @@ class Header:
     root: Attributes = field(default_factory=dict)
     image: Attributes = field(default_factory=dict)
     pieces: list[Piece] = field(default_factory=list)
-    active: str | None = None
     appended: tuple[Attributes, int] = field(default_factory=lambda: ({}, 0))
     others: bool = False
 
@@ -119,8 +118,6 @@ class _Parser:
             header.pieces.append(Piece(attributes))
         elif tag in ("PointData", "CellData"):
             self._section = tag
-            if tag == "PointData":
-                header.active = attributes.get("Scalars", header.active)
         elif tag == "AppendedData":
             header.appended = attributes, self.expat.CurrentByteIndex
             raise _Done

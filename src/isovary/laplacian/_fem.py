@@ -86,7 +86,8 @@ def _metric_root(jacobian: Floats) -> Floats:
             "M03",
             "triangles: expected a positive, unfolded metric in each, got "
             f"{int(bad.sum())} degenerate or folded, first "
-            f"{np.flatnonzero(bad)[:5].tolist()}; remesh the surface",
+            f"{np.flatnonzero(bad)[:5].tolist()}; mesh with more vertices or order=1, and smooth "
+            "the field first if it is a mask or noisy",
         )
     return root
 
