@@ -219,7 +219,7 @@ def _filled(
             "C02",
             f"nodes: expected a partner, or a place beside the neighbours, got {lost.sum()} "
             f"without, first {np.flatnonzero(lost)[:5].tolist()}, that could not be "
-            "filled in; go in smaller steps of the parameter",
+            "filled in; go in smaller steps of the parameter, or compare with normal_rays",
         ) from error
     return filled
 
@@ -235,5 +235,5 @@ def _check_turned(carried: Surface) -> None:
             "C05",
             f"triangles: expected all carried ones to face outward, got {turned.sum()} turned "
             f"over, first {np.flatnonzero(turned)[:5].tolist()}; the surfaces are too far apart "
-            "for their features: go in smaller steps of the parameter",
+            "for their features: go in smaller steps of the parameter, or compare with normal_rays",
         )

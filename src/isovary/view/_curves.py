@@ -81,7 +81,9 @@ def draw_change(axes: Axes, times: Floats, curves: Curves) -> None:
         axes.set_ylim(-1, 1)
         axes.text(0.5, 0.62, "0 at every time", transform=axes.transAxes, ha="center")
     else:
-        axes.legend(frameon=False, loc="best", fontsize=8.5)
+        low, high = axes.get_ylim()
+        axes.set_ylim(low, high + 0.22 * (high - low))  # room for the legend above the curve
+        axes.legend(frameon=False, loc="upper left", ncols=2, fontsize=8.5)
     _calm(axes)
 
 

@@ -74,12 +74,10 @@ def _heading(figure: Figure, view: View) -> None:
     fit_line(figure, 0.02, 0.975, words, 0.96, size=15, weight="bold", color=INK)
     parts = [f"Isosurface {title(result)}, base against perturbed"]
     if result.significant.any():
-        parts.append(
-            f"more than twice the noise on {percent(view.significant_share)} of the surface"
-        )
+        parts.append(f"significant on {percent(view.significant_share)} of the surface")
         parts.append(f"noise {percent(result.relative_noise)} of the change")
     if view.peak is not None:
-        parts.append("○ marks the point that changed most")
+        parts.append("○ changed most")
     fit_line(figure, 0.02, 0.92, "   ·   ".join(parts), 0.96, size=10, color=SOFT)
 
 

@@ -102,7 +102,7 @@ def displacement_panel(figure: Figure, view: View) -> None:
     lines = mesh_lines(view.result.perturbed, view.camera, limit + 0.005 * size)
     _draw(axes, view, paint.paint_displacement(view.samples, limit), lines)
     if limit > 0:
-        words = "displacement along the normal,\npositive towards lower values (length)"
+        words = "normal displacement, + towards lower values (length)"
         color_bar(figure, (0.44, 0.552, 0.195, 0.012), paint.MOVE_MAP, (-limit, limit), words)
     else:
         figure.text(0.5375, 0.55, "no displacement", size=8.5, color=SOFT, ha="center")
