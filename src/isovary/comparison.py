@@ -301,7 +301,7 @@ def compare(
     with walk.stage("noise floor of the samples"):
         sample_floor = np.zeros_like(change)
         if change.any():
-            sample_floor = _sample_floor(base, perturbed, isovalue, pairs, moments, level.base)
+            sample_floor = _sample_floor(base, perturbed, isovalue, level, moments)
         floor = np.hypot(mesh_floor, np.nan_to_num(sample_floor))
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
@@ -420,18 +420,18 @@ def _sample_floor(
     base: ScalarField,
     perturbed: ScalarField,
     isovalue: float,
-    pairs: int,
+    level: _Level,
     times: Floats,
-    surface: Surface,
 ) -> Floats:
-    """Noise floor of the samples at the surface's nodes; NaN throughout if it cannot be told."""
+    """Noise floor of the samples at the base's nodes; NaN throughout if it cannot be told."""
+    pairs = len(level.base_pairs.values)
     vertices = max(_FIRST_VERTICES[2], _fewest_vertices(2, pairs))
     try:
         mesh = marching_cubes(base, isovalue, vertices=vertices)
         floor = sampling_floor(mesh, base, perturbed, isovalue, pairs, times)
     except IsovaryError:
-        return np.full((len(surface.points), len(times)), np.nan)
-    return interpolate(closest_point(surface, mesh), mesh, floor)
+        return np.full((len(level.base.points), len(times)), np.nan)
+    return interpolate(closest_point(level.base, mesh), mesh, floor)
 
 
 def _refined(

@@ -20,6 +20,7 @@ _START_SEED = 20130808
 _SMALLEST_GAP = 1e-7  # relative: below it, two eigenvalues are one to the solver
 _BLOCK, _WIDEST = 16, 128  # columns of the first and the last start's block
 _LANCZOS_TOLERANCE = 1e-8
+_RANK_TOLERANCE, _WEAK = 1e-11, 1e-6  # relative: below, a direction is rounding; or partly so
 _RESIDUAL_LIMIT = 1e-6
 
 
@@ -184,21 +185,33 @@ def _orthonormalize(block: Floats, basis: Floats, mass: csr_array) -> tuple[Floa
     """Split block = basis @ coefficients + unit @ remainder, with unit mass-orthonormal to basis.
 
     The first projection needs only the last two blocks (three-term recurrence);
-    the second goes against the whole basis and removes rounding.
+    the second goes against the whole basis and removes rounding. Directions of
+    which nothing is left, because the basis spans them, are replaced by random
+    ones with a remainder of zero: so an invariant subspace is left for new
+    copies of the same eigenvalues.
     """
     from scipy.linalg import solve_triangular
 
-    coefficients = np.zeros((basis.shape[1], block.shape[1]))
-    for columns in (slice(-2 * block.shape[1], None), slice(None)):
+    width = block.shape[1]
+    scale = np.sqrt(np.einsum("nk,nk->", block, mass @ block))
+    coefficients = np.zeros((basis.shape[1], width))
+    for columns in (slice(-2 * width, None), slice(None)):
         part = basis[:, columns].T @ (mass @ block)
         block = block - basis[:, columns] @ part
         coefficients[columns] += part
-    remainder = np.eye(block.shape[1])
-    for _ in range(2):
-        lower = np.linalg.cholesky(block.T @ (mass @ block))
-        block = solve_triangular(lower, block.T, lower=True).T
-        remainder = lower.T @ remainder
-    return block, coefficients, remainder
+    square, directions = np.linalg.eigh(block.T @ (mass @ block))
+    kept = square > (_RANK_TOLERANCE * scale) ** 2
+    length = np.where(kept, np.sqrt(np.maximum(square, 0.0)), 0.0)
+    unit = block @ directions / np.where(kept, length, 1.0)
+    remainder = length[:, None] * directions.T
+    if not (length > _WEAK * scale).all():
+        rng = np.random.default_rng(_START_SEED + basis.shape[1])
+        unit[:, ~kept] = rng.standard_normal((len(block), int((~kept).sum())))
+        for _ in range(2):
+            unit = unit - basis @ (basis.T @ (mass @ unit))
+    lower = np.linalg.cholesky(unit.T @ (mass @ unit))
+    unit = solve_triangular(lower, unit.T, lower=True).T
+    return unit, coefficients, lower.T @ remainder
 
 
 def _factor(matrix: csr_array) -> SuperLU:
