@@ -31,7 +31,7 @@ LAYERS = {
     **dict.fromkeys(["meshing", "laplacian", "spectrum", "signature", "alignment"], 1),
     **dict.fromkeys(["carrying", "correspondence", "difference", "clustering"], 1),
     **dict.fromkeys(["embedding", "color", "deform", "shapes", "potentials"], 1),
-    **dict.fromkeys(["comparison", "noise", "notes", "sweep"], 2),
+    **dict.fromkeys(["comparison", "levels", "noise", "notes", "sweep"], 2),
     **dict.fromkeys(["io", "view", "app", "paraview", "data", "cli", "__main__"], 3),
 }
 

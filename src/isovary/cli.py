@@ -21,11 +21,12 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from . import __version__, closest_point, compare, contour, normal_rays, read_field, topology
-from .comparison import Comparison, Match
+from .comparison import Comparison
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
 from .io._atomic import check_output
 from .io._results import save
+from .levels import Match
 from .meshing import interpolation_errors
 from .records import ScalarField
 

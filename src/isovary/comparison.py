@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -14,39 +11,34 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .alignment import RigidMotion, rigid_part
-from .carrying import carry
 from .clustering import k_medians
-from .correspondence import closest_point, identity, interpolate
-from .difference import change_norm, diffusion_times, heat_trace_scale, signature_difference
+from .correspondence import closest_point, interpolate
+from .difference import change_norm
 from .errors import (
     ArgumentError,
-    CorrespondenceError,
     FieldError,
     IsovaryError,
-    SpectrumError,
 )
 from .geometry import Bools, Floats, Topology, topology
-from .laplacian import fem
-from .meshing import better_interpolation, contour, interpolation_errors, marching_cubes
+from .levels import (
+    FIRST_VERTICES,
+    WANTED_NOISE,
+    Level,
+    Match,
+    Progress,
+    Walk,
+    fewest_vertices,
+    make_level,
+    refined_levels,
+    relative_rms,
+)
+from .meshing import better_interpolation, interpolation_errors, marching_cubes
 from .noise import SIGNIFICANCE, noise_floor, sampling_floor
 from .notes import reader_notes
 from .records import Clusters, Correspondence, Eigenpairs, ScalarField, Surface
-from .signature import heat_kernel_signature
-from .spectrum import drop_cut_multiplet, eigenpairs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-Progress = Callable[[str, float], None]
-"""Called with a stage's name and the part of the expected work done so far, 0 to 1."""
-
-Match = Callable[[Surface, Surface], Correspondence]
-"""A method of the correspondence room."""
-
-_FIRST_VERTICES = {1: 1000, 2: 500}
-_MOST_VERTICES = 2000
-_WANTED_NOISE = 0.05
-_COVERAGE_LIMIT = 0.5
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -133,7 +125,7 @@ class Comparison:
     @property
     def relative_noise(self) -> float:
         """Root mean square of the noise floor over that of the change; 0 for no change at all."""
-        return _relative(self.noise_floor, self.change)
+        return relative_rms(self.noise_floor, self.change)
 
     def plot(self, clusters: Clusters | None = None) -> Figure:
         """Overview figure, with the given groups instead of the comparison's own."""
@@ -146,52 +138,6 @@ class Comparison:
         from .io._results import save
 
         return save(self, out)
-
-
-@dataclass(frozen=True, eq=False)
-class _Level:
-    """One comparison on one base mesh."""
-
-    base: Surface
-    perturbed: Surface
-    correspondence: Correspondence
-    base_pairs: Eigenpairs
-    perturbed_pairs: Eigenpairs
-
-    @property
-    def vertices(self) -> int:
-        return len(np.unique(self.base.corners))
-
-    def change(self, times: Floats, stretch: float = 1.0) -> tuple[Floats, Floats, Floats]:
-        """Base signature, perturbed one at the partners, scaled change.
-
-        ``stretch`` is the factor by which the perturbed area is divided.
-        """
-        before = heat_kernel_signature(self.base_pairs, times)
-        there = stretch * heat_kernel_signature(self.perturbed_pairs, stretch * times)
-        after = interpolate(self.correspondence, self.perturbed, there)
-        scale = heat_trace_scale(self.base_pairs, times)
-        return before, after, signature_difference(before, after, scale)
-
-
-class _Walk:
-    """Times the stages and tells the progress, counted in unknowns solved for."""
-
-    def __init__(self, progress: Progress | None) -> None:
-        self.timings: dict[str, float] = {}
-        self.expected, self.done = 1.0, 0.0
-        self._tell = progress or (lambda stage, done: None)
-
-    @contextmanager
-    def stage(self, name: str, cost: float = 0.0) -> Iterator[None]:
-        self._tell(name, min(self.done / self.expected, 1.0))
-        start = time.perf_counter()
-        yield
-        self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
-        self.done += cost
-
-    def finish(self) -> None:
-        self._tell("done", 1.0)
 
 
 def compare(
@@ -288,11 +234,11 @@ def compare(
                 "read_field, make arrays into ScalarField(values, spacing=..., origin=...)",
             )
     _check(vertices, order, pairs, times, groups)
-    walk = _Walk(progress)
+    walk = Walk(progress)
     with walk.stage("interpolation"):
         base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
-    solve = partial(_level, base, perturbed, isovalue, order, pairs, correspondence, walk)
-    level, coarse, moments = _refined(solve, vertices, order, pairs, times, walk)
+    solve = partial(make_level, base, perturbed, isovalue, order, pairs, correspondence, walk)
+    level, coarse, moments = refined_levels(solve, vertices, order, pairs, times, walk)
     with walk.stage("signatures and noise floor"):
         before, after, change = level.change(moments)
         mesh_floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
@@ -341,15 +287,15 @@ def compare(
             "scaling": "base heat trace per unit area",
             "correspondence": "carried" if correspondence is None else _name(correspondence),
             "noise_floor_vertices": coarse.vertices,
-            "noise_of_the_mesh": _relative(mesh_floor, change),
-            "noise_of_the_samples": _relative(sample_floor, change),
+            "noise_of_the_mesh": relative_rms(mesh_floor, change),
+            "noise_of_the_samples": relative_rms(sample_floor, change),
             "clustering": "k_medians",
             "groups": groups,
             "seed": rng,
         },
         timings=walk.timings,
     )
-    return replace(result, notes=reader_notes(result, _WANTED_NOISE))
+    return replace(result, notes=reader_notes(result, WANTED_NOISE))
 
 
 def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int) -> None:
@@ -360,18 +306,13 @@ def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int
             raise ArgumentError("A02", f"{name}: expected at least {least}, got {value}")
     if order not in (1, 2):
         raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
-    least = 13 * _fewest_vertices(order, pairs) // 10
+    least = 13 * fewest_vertices(order, pairs) // 10
     if vertices is not None and vertices < least:
         raise ArgumentError(
             "M09",
             f"vertices: expected at least {least} for {pairs} eigenpairs on this mesh and on the "
             f"coarser one of the noise floor, got {vertices}; ask for more, or for fewer pairs",
         )
-
-
-def _fewest_vertices(order: int, pairs: int) -> int:
-    """Vertices whose nodes (one each, or four with order 2) are a quarter more than the pairs."""
-    return int(np.ceil(1.25 * pairs / (1 if order == 1 else 4)))
 
 
 def _facts(field: ScalarField) -> dict[str, object]:
@@ -406,117 +347,22 @@ def _same_interpolation(
     return base, perturbed, interpolation_errors(base, isovalue)
 
 
-def _check_topology(base: Surface, perturbed: Surface) -> None:
-    first, second = topology(base.triangles), topology(perturbed.triangles)
-    if first != second:
-        raise CorrespondenceError(
-            "C01",
-            f"topology: expected the same of both isosurfaces, got base: {first}; perturbed: "
-            f"{second}; choose another isovalue, or a smaller step of the parameter",
-        )
-
-
 def _sample_floor(
     base: ScalarField,
     perturbed: ScalarField,
     isovalue: float,
-    level: _Level,
+    level: Level,
     times: Floats,
 ) -> Floats:
     """Noise floor of the samples at the base's nodes; NaN throughout if it cannot be told."""
     pairs = len(level.base_pairs.values)
-    vertices = max(_FIRST_VERTICES[2], _fewest_vertices(2, pairs))
+    vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
     try:
         mesh = marching_cubes(base, isovalue, vertices=vertices)
         floor = sampling_floor(mesh, base, perturbed, isovalue, pairs, times)
     except IsovaryError:
         return np.full((len(level.base.points), len(times)), np.nan)
     return interpolate(closest_point(level.base, mesh), mesh, floor)
-
-
-def _refined(
-    solve: Callable[[int], _Level],
-    vertices: int | None,
-    order: int,
-    pairs: int,
-    times: int,
-    walk: _Walk,
-) -> tuple[_Level, _Level, Floats]:
-    """A level, the one with half its vertices, and the times; finer until the noise is small."""
-    if vertices is None:
-        size = max(_FIRST_VERTICES[order], 2 * _fewest_vertices(order, pairs))
-    else:
-        size = max(vertices // 2, _fewest_vertices(order, pairs))
-    walk.expected = float(3 * size)
-    coarse, level = solve(size), solve(2 * size if vertices is None else vertices)
-    while True:
-        moments = diffusion_times(level.base_pairs, times)
-        if vertices is not None or 4 * size > _MOST_VERTICES:
-            return level, coarse, moments
-        change = level.change(moments)[2]
-        floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
-        if _relative(floor, change) <= _WANTED_NOISE:
-            return level, coarse, moments
-        size *= 2
-        walk.expected += 2 * size
-        coarse, level = level, solve(2 * size)
-
-
-def _level(
-    base: ScalarField,
-    perturbed: ScalarField,
-    isovalue: float,
-    order: int,
-    pairs: int,
-    match: Match | None,
-    walk: _Walk,
-    vertices: int,
-) -> _Level:
-    """Both surfaces, matched, with their eigenpairs, on a base mesh of so many vertices."""
-    mesh = partial(marching_cubes, isovalue=isovalue, vertices=vertices, order=order)
-    with walk.stage("meshing"):
-        surface = mesh(base)
-        other = None if match is None else mesh(perturbed)
-    with walk.stage("correspondence"):
-        edge = float(np.sqrt(2 * surface.area / (np.sqrt(3) * vertices)))
-        _check_topology(surface, other or contour(perturbed, isovalue, resolution=edge))
-        if other is None or match is None:
-            other, partners = carry(surface, perturbed, isovalue)
-        elif np.array_equal(surface.points, other.points):
-            partners = identity(surface, other)  # equal fields: no search, no rounding
-        else:
-            partners = match(surface, other)
-    if partners.found.mean() < _COVERAGE_LIMIT:
-        raise CorrespondenceError(
-            "C02",
-            f"coverage: expected at least {_COVERAGE_LIMIT:.0%} of the nodes with a partner, got "
-            f"{partners.found.mean():.0%}; the surfaces are too far apart",
-        )
-    with walk.stage("eigenpairs of the base", vertices / 2):
-        first = drop_cut_multiplet(eigenpairs(fem(surface), pairs))
-        _check_zeros(first, surface)
-    with walk.stage("eigenpairs of the perturbed", vertices / 2):
-        same = np.array_equal(surface.points, other.points)
-        second = first if same else eigenpairs(fem(other), pairs).truncate(len(first.values))
-    return _Level(surface, other, partners, first, second)
-
-
-def _check_zeros(pairs: Eigenpairs, surface: Surface) -> None:
-    """Each component has one zero eigenvalue, no more and no less."""
-    pieces = topology(surface.triangles).components
-    if pairs.zero_count != min(pieces, len(pairs.values)):
-        raise SpectrumError(
-            "S05",
-            f"eigenvalues: expected a zero for each of {pieces} components, got "
-            f"{pairs.zero_count}; ask for more pairs than components",
-        )
-
-
-def _relative(floor: Floats, change: Floats) -> float:
-    size = float(np.sqrt(np.nanmean(change**2)))
-    if size == 0 or not np.isfinite(floor).any():
-        return 0.0 if size == 0 else float("nan")
-    return float(np.sqrt(np.nanmean(floor**2))) / size
 
 
 def _groups(change: Floats, floor: Floats, significant: Bools, groups: int, rng: int) -> Clusters:

@@ -16,10 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..comparison import Comparison, Progress
+from ..comparison import Comparison
 from ..correspondence import interpolate
 from ..difference import change_norm
 from ..geometry import Floats, linear_triangles, triangle_quality
+from ..levels import Progress
 from ..records import Surface
 from ._atomic import write_folder
 

@@ -1,0 +1,188 @@
+"""One comparison on one base mesh, on meshes fine enough, timed by stage."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from .carrying import carry
+from .correspondence import identity, interpolate
+from .difference import diffusion_times, heat_trace_scale, signature_difference
+from .errors import CorrespondenceError, SpectrumError
+from .geometry import Floats, topology
+from .laplacian import fem
+from .meshing import contour, marching_cubes
+from .noise import noise_floor
+from .records import Correspondence, Eigenpairs, ScalarField, Surface
+from .signature import heat_kernel_signature
+from .spectrum import drop_cut_multiplet, eigenpairs
+
+Progress = Callable[[str, float], None]
+"""Called with a stage's name and the part of the expected work done so far, 0 to 1."""
+
+Match = Callable[[Surface, Surface], Correspondence]
+"""A method of the correspondence room."""
+
+FIRST_VERTICES = {1: 1000, 2: 500}
+"""Vertices of the coarser of the first two meshes, by order."""
+
+WANTED_NOISE = 0.05
+"""Part of the change that the noise floor should not exceed."""
+
+_MOST_VERTICES = 2000
+_COVERAGE_LIMIT = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Level:
+    """One comparison on one base mesh."""
+
+    base: Surface
+    perturbed: Surface
+    correspondence: Correspondence
+    base_pairs: Eigenpairs
+    perturbed_pairs: Eigenpairs
+
+    @property
+    def vertices(self) -> int:
+        """Number of the base's vertices, edge midpoints not counted."""
+        return len(np.unique(self.base.corners))
+
+    def change(self, times: Floats, stretch: float = 1.0) -> tuple[Floats, Floats, Floats]:
+        """Base signature, perturbed one at the partners, scaled change.
+
+        ``stretch`` is the factor by which the perturbed area is divided.
+        """
+        before = heat_kernel_signature(self.base_pairs, times)
+        there = stretch * heat_kernel_signature(self.perturbed_pairs, stretch * times)
+        after = interpolate(self.correspondence, self.perturbed, there)
+        scale = heat_trace_scale(self.base_pairs, times)
+        return before, after, signature_difference(before, after, scale)
+
+
+class Walk:
+    """Times the stages and tells the progress, counted in unknowns solved for."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.timings: dict[str, float] = {}
+        self.expected, self.done = 1.0, 0.0
+        self._tell = progress or (lambda stage, done: None)
+
+    @contextmanager
+    def stage(self, name: str, cost: float = 0.0) -> Iterator[None]:
+        """Tell that a stage begins, time its body, and count its cost as done."""
+        self._tell(name, min(self.done / self.expected, 1.0))
+        start = time.perf_counter()
+        yield
+        self.timings[name] = self.timings.get(name, 0.0) + time.perf_counter() - start
+        self.done += cost
+
+    def finish(self) -> None:
+        """Tell that all is done."""
+        self._tell("done", 1.0)
+
+
+def fewest_vertices(order: int, pairs: int) -> int:
+    """Vertices whose nodes (one each, or four with order 2) are a quarter more than the pairs."""
+    return int(np.ceil(1.25 * pairs / (1 if order == 1 else 4)))
+
+
+def refined_levels(
+    solve: Callable[[int], Level],
+    vertices: int | None,
+    order: int,
+    pairs: int,
+    times: int,
+    walk: Walk,
+) -> tuple[Level, Level, Floats]:
+    """A level, the one with half its vertices, and the times; finer until the noise is small."""
+    if vertices is None:
+        size = max(FIRST_VERTICES[order], 2 * fewest_vertices(order, pairs))
+    else:
+        size = max(vertices // 2, fewest_vertices(order, pairs))
+    walk.expected = float(3 * size)
+    coarse, level = solve(size), solve(2 * size if vertices is None else vertices)
+    while True:
+        moments = diffusion_times(level.base_pairs, times)
+        if vertices is not None or 4 * size > _MOST_VERTICES:
+            return level, coarse, moments
+        change = level.change(moments)[2]
+        floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
+        if relative_rms(floor, change) <= WANTED_NOISE:
+            return level, coarse, moments
+        size *= 2
+        walk.expected += 2 * size
+        coarse, level = level, solve(2 * size)
+
+
+def make_level(
+    base: ScalarField,
+    perturbed: ScalarField,
+    isovalue: float,
+    order: int,
+    pairs: int,
+    match: Match | None,
+    walk: Walk,
+    vertices: int,
+) -> Level:
+    """Both surfaces, matched, with their eigenpairs, on a base mesh of so many vertices."""
+    mesh = partial(marching_cubes, isovalue=isovalue, vertices=vertices, order=order)
+    with walk.stage("meshing"):
+        surface = mesh(base)
+        other = None if match is None else mesh(perturbed)
+    with walk.stage("correspondence"):
+        edge = float(np.sqrt(2 * surface.area / (np.sqrt(3) * vertices)))
+        _check_topology(surface, other or contour(perturbed, isovalue, resolution=edge))
+        if other is None or match is None:
+            other, partners = carry(surface, perturbed, isovalue)
+        elif np.array_equal(surface.points, other.points):
+            partners = identity(surface, other)  # equal fields: no search, no rounding
+        else:
+            partners = match(surface, other)
+    if partners.found.mean() < _COVERAGE_LIMIT:
+        raise CorrespondenceError(
+            "C02",
+            f"coverage: expected at least {_COVERAGE_LIMIT:.0%} of the nodes with a partner, got "
+            f"{partners.found.mean():.0%}; the surfaces are too far apart",
+        )
+    with walk.stage("eigenpairs of the base", vertices / 2):
+        first = drop_cut_multiplet(eigenpairs(fem(surface), pairs))
+        _check_zeros(first, surface)
+    with walk.stage("eigenpairs of the perturbed", vertices / 2):
+        same = np.array_equal(surface.points, other.points)
+        second = first if same else eigenpairs(fem(other), pairs).truncate(len(first.values))
+    return Level(surface, other, partners, first, second)
+
+
+def _check_zeros(pairs: Eigenpairs, surface: Surface) -> None:
+    """Each component has one zero eigenvalue, no more and no less."""
+    pieces = topology(surface.triangles).components
+    if pairs.zero_count != min(pieces, len(pairs.values)):
+        raise SpectrumError(
+            "S05",
+            f"eigenvalues: expected a zero for each of {pieces} components, got "
+            f"{pairs.zero_count}; ask for more pairs than components",
+        )
+
+
+def relative_rms(floor: Floats, change: Floats) -> float:
+    """Root mean square of a floor over that of a change: 0 without change, NaN without a floor."""
+    size = float(np.sqrt(np.nanmean(change**2)))
+    if size == 0 or not np.isfinite(floor).any():
+        return 0.0 if size == 0 else float("nan")
+    return float(np.sqrt(np.nanmean(floor**2))) / size
+
+
+def _check_topology(base: Surface, perturbed: Surface) -> None:
+    first, second = topology(base.triangles), topology(perturbed.triangles)
+    if first != second:
+        raise CorrespondenceError(
+            "C01",
+            f"topology: expected the same of both isosurfaces, got base: {first}; perturbed: "
+            f"{second}; choose another isovalue, or a smaller step of the parameter",
+        )
