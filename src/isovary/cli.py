@@ -78,7 +78,7 @@ def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("isovary-d
     """
     base, perturbed = water_pair()
     _out.print("Water: one O-H bond goes from 0.95 to 1.00 angstrom; isosurface at 0.05 e/bohr^3.")
-    _run(base, perturbed, _DEMO_ISOVALUE, out, lambda path: read_field(path), {})
+    _run(base, perturbed, _DEMO_ISOVALUE, out, read_field, {})
 
 
 @app.command(name="compare")

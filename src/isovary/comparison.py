@@ -226,13 +226,7 @@ def compare(
     >>> len(result.base_pairs.values)  # 70 would cut the shell l = 8
     64
     """
-    for name, field in (("base", base), ("perturbed", perturbed)):
-        if not isinstance(field, ScalarField):
-            raise ArgumentError(
-                "A03",
-                f"{name}: expected a ScalarField, got {type(field).__name__}; read files with "
-                "read_field, make arrays into ScalarField(values, spacing=..., origin=...)",
-            )
+    _check_fields(base, perturbed, isovalue)
     _check(vertices, order, pairs, times, groups)
     walk = Walk(progress)
     with walk.stage("interpolation"):
@@ -253,6 +247,25 @@ def compare(
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
         clusters = _groups(change, floor, significant, groups, rng)
     walk.finish()
+    choices: dict[str, object] = {
+        **_fields_said(base, perturbed),
+        "interpolation_errors_at_half_resolution": errors,
+        "mesher": "marching_cubes",
+        "vertices": "by accuracy" if vertices is None else vertices,
+        "order": order,
+        "laplacian": "fem",
+        "signature": "heat_kernel_signature",
+        "pairs": pairs,
+        "times": times,
+        "scaling": "base heat trace per unit area",
+        "correspondence": "carried" if correspondence is None else _name(correspondence),
+        "noise_floor_vertices": coarse.vertices,
+        "noise_of_the_mesh": relative_rms(mesh_floor, change),
+        "noise_of_the_samples": relative_rms(sample_floor, change),
+        "clustering": "k_medians",
+        "groups": groups,
+        "seed": rng,
+    }
     result = Comparison(
         isovalue=isovalue,
         base=level.base,
@@ -271,31 +284,25 @@ def compare(
         topology=topology(level.base.triangles),
         motion=rigid_part(level.base, level.correspondence.distance),
         notes=(),
-        choices={
-            "field": base.name,
-            "base": _facts(base),
-            "perturbed": _facts(perturbed),
-            "interpolation": "logarithmic" if base.logarithmic else "plain",
-            "interpolation_errors_at_half_resolution": errors,
-            "mesher": "marching_cubes",
-            "vertices": "by accuracy" if vertices is None else vertices,
-            "order": order,
-            "laplacian": "fem",
-            "signature": "heat_kernel_signature",
-            "pairs": pairs,
-            "times": times,
-            "scaling": "base heat trace per unit area",
-            "correspondence": "carried" if correspondence is None else _name(correspondence),
-            "noise_floor_vertices": coarse.vertices,
-            "noise_of_the_mesh": relative_rms(mesh_floor, change),
-            "noise_of_the_samples": relative_rms(sample_floor, change),
-            "clustering": "k_medians",
-            "groups": groups,
-            "seed": rng,
-        },
+        choices=choices,
         timings=walk.timings,
     )
     return replace(result, notes=reader_notes(result, WANTED_NOISE))
+
+
+def _check_fields(base: ScalarField, perturbed: ScalarField, isovalue: float) -> None:
+    """Both are fields that take the isovalue; an error tells which is not."""
+    for name, field in (("base", base), ("perturbed", perturbed)):
+        if not isinstance(field, ScalarField):
+            raise ArgumentError(
+                "A03",
+                f"{name}: expected a ScalarField, got {type(field).__name__}; read files with "
+                "read_field, make arrays into ScalarField(values, spacing=..., origin=...)",
+            )
+        try:
+            field.check_isovalue(isovalue)
+        except FieldError as error:
+            raise FieldError(error.code, f"{name} field: {error.message}") from None
 
 
 def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int) -> None:
@@ -313,6 +320,16 @@ def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int
             f"vertices: expected at least {least} for {pairs} eigenpairs on this mesh and on the "
             f"coarser one of the noise floor, got {vertices}; ask for more, or for fewer pairs",
         )
+
+
+def _fields_said(base: ScalarField, perturbed: ScalarField) -> dict[str, object]:
+    """What the record of choices says of the two fields."""
+    return {
+        "field": base.name,
+        "base": _facts(base),
+        "perturbed": _facts(perturbed),
+        "interpolation": "logarithmic" if base.logarithmic else "plain",
+    }
 
 
 def _facts(field: ScalarField) -> dict[str, object]:
@@ -336,11 +353,6 @@ def _same_interpolation(
 
     A base that is logarithmic already stays so.
     """
-    for name, field in (("base", base), ("perturbed", perturbed)):
-        try:
-            field.check_isovalue(isovalue)
-        except FieldError as error:
-            raise FieldError(error.code, f"{name} field: {error.message}") from None
     chosen = base if base.logarithmic else better_interpolation(base, isovalue)
     logarithmic = chosen.logarithmic and bool(perturbed.values.min() > 0)
     base, perturbed = (replace(field, logarithmic=logarithmic) for field in (base, perturbed))

@@ -76,6 +76,8 @@ def _heading(figure: Figure, view: View) -> None:
     if result.significant.any():
         parts.append(f"significant on {percent(view.significant_share)} of the surface")
         parts.append(f"noise {percent(result.relative_noise)} of the change")
+        if np.isnan(result.choices["noise_of_the_samples"]):  # type: ignore[call-overload]
+            parts.append("that of the samples unknown")
     if view.peak is not None:
         parts.append("○ changed most")
     fit_line(figure, 0.02, 0.92, "   ·   ".join(parts), 0.96, size=10, color=SOFT)
