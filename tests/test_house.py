@@ -39,7 +39,7 @@ LAYERS = {
 HEAVY_INSIDE = {
     "meshing": {"vtk", "vtkmodules", "pyvista", "mmgpy"},
     "correspondence": {"vtk", "vtkmodules", "pyvista"},
-    "spectrum": {"threadpoolctl"},
+    "spectrum": {"psutil", "threadpoolctl"},
     "sweep": {"dask", "distributed"},
 }
 

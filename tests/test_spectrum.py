@@ -1,46 +1,83 @@
-"""The eigensolve: complete, reproducible, honest about its residuals."""
+"""The eigensolve: complete, reproducible, honest about its errors."""
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from oracles import sphere_eigenvalues
-from scipy.linalg import eigh
-from scipy.sparse import block_diag, csr_array
+from scipy.linalg import eigh, eigvalsh
+from scipy.sparse import block_diag, csr_array, diags_array, random_array
 
 import isovary as iv
-from isovary import spectrum
+from isovary.spectrum import _lanczos, _threads, _warm, count_below
+from isovary.spectrum._factorization import factorize, signed_factor
+from isovary.spectrum._memory import predicted_memory
 
 
-def test_lanczos_equals_lapack():
-    """Oracle: peer. LAPACK's dense solver, 642 nodes: values to 1e-10, spaces to 1e-7."""
-    laplacian = iv.fem(iv.icosphere(2))
-    stiffness, mass = laplacian.stiffness, laplacian.mass / laplacian.area
-    values, vectors = spectrum._block_lanczos(stiffness, mass, 100, width=8)
+def unit_area(laplacian):
+    return laplacian.stiffness, laplacian.mass / laplacian.area
+
+
+def dimpled(subdivisions, depth):
+    """The unit sphere with a dimple of width 0.3 at the north pole, order 2."""
+    sphere = iv.icosphere(subdivisions)
+    angle = np.arccos(np.clip(sphere.points[:, 2], -1, 1))
+    points = sphere.points * (1 - depth * np.exp(-((angle / 0.3) ** 2)))[:, None]
+    return iv.fem(iv.Surface(points, sphere.triangles))
+
+
+def signature(pairs, like):
+    """Heat kernel signature at 30 times of the pairs ``like``, relative to its mean."""
+    times = iv.diffusion_times(like, 30)
+    return iv.heat_kernel_signature(pairs, times) / iv.heat_trace_scale(like, times)
+
+
+def rms(signatures):
+    """Root mean square over the nodes, at the worst time."""
+    return np.sqrt((signatures**2).mean(axis=0)).max()
+
+
+@pytest.mark.parametrize("count", [20, 100])  # shift below the spectrum, and in its middle
+def test_lanczos_equals_lapack(count):
+    """Oracle: peer. LAPACK's dense solver, 642 nodes: values to 1e-9, spaces to 1e-7."""
+    stiffness, mass = unit_area(iv.fem(iv.icosphere(2)))
+    values, vectors = _lanczos.lanczos(stiffness, mass, count, 1e-12)
     exact, basis = eigh(stiffness.toarray(), mass.toarray())
-    np.testing.assert_allclose(values[1:], exact[1:100], rtol=1e-10)
-    gram = basis[:, :81].T @ (mass @ vectors[:, :81])  # 81 = 9^2: whole shells
+    np.testing.assert_allclose(values[1:], exact[1 : len(values)], rtol=1e-9)
+    shell = 81 if count == 100 else 16  # whole shells: 9^2, 4^2
+    gram = basis[:, :shell].T @ (mass @ vectors[:, :shell])
     np.testing.assert_allclose(np.linalg.svd(gram)[1], 1, atol=1e-7)
 
 
 @pytest.mark.parametrize("count", [9, 20, 50, 121])
 def test_no_copy_of_a_repeated_eigenvalue_is_missed(count):
     """Oracle: analytic. l (l + 1), 2 l + 1 times: the copies are counted, not only the values."""
-    laplacian = iv.fem(iv.icosphere(3))
-    values = spectrum._certified(laplacian.stiffness, laplacian.mass, count)[0]
+    values = iv.eigenpairs(iv.fem(iv.icosphere(3)), count).values
     # 1 % tells l from l + 1 up to l = 100; the mesh itself errs by 0.4 % at l = 10
-    np.testing.assert_allclose(values[1:], sphere_eigenvalues(count)[1:], rtol=1e-2)
+    np.testing.assert_allclose(values[1:], sphere_eigenvalues(len(values))[1:], rtol=1e-2)
 
 
-def test_a_missed_pair_is_noticed(monkeypatch):
-    """Oracle: algebra. A solver that loses one copy of lambda = 6 is caught by the inertia."""
-    honest = spectrum._block_lanczos
+def losing(function, lost):
+    """A _ritz that forgets one pair."""
 
-    def forgetful(stiffness, mass, count, width):
-        values, vectors = honest(stiffness, mass, count + 1, width)
-        return np.delete(values, 5), np.delete(vectors, 5, axis=1)
+    def forgetful(operator, projected, remainder, count):
+        pairs = function(operator, projected, remainder, count + 1)
+        kept = np.delete(np.arange(count + 1), lost)
+        return _lanczos._Ritz(
+            pairs.values[kept], pairs.ritz[kept], pairs.modes[:, kept], pairs.missed[:, kept]
+        )
 
-    monkeypatch.setattr(spectrum, "_block_lanczos", forgetful)
+    return forgetful
+
+
+@pytest.mark.parametrize("lost", [0, 5, 17, 39])  # below the shift, and above
+def test_a_missed_pair_is_noticed(monkeypatch, lost):
+    """Oracle: algebra. A solver that loses one pair is caught by the inertia."""
+    monkeypatch.setattr(_lanczos, "_ritz", losing(_lanczos._ritz, lost))
     with pytest.raises(iv.SpectrumError, match="S01"):
         iv.eigenpairs(iv.fem(iv.icosphere(3)), 40)
 
@@ -62,6 +99,85 @@ def test_the_same_input_gives_the_same_bits(sphere_pairs):
     np.testing.assert_array_equal(again.vectors, sphere_pairs.vectors)
 
 
+def test_the_threads_do_not_change_the_bits(monkeypatch):
+    """Oracle: symmetry. One thread or two: the pieces of the work are the same."""
+    laplacian = iv.fem(iv.icosphere(4))  # 10 242 nodes: two pieces of rows
+    assert len(_threads.pieces(laplacian.mass.shape[0])) == 2
+    results = []
+    for cores in (1, 2):
+        monkeypatch.setattr(_threads.os, "cpu_count", lambda cores=cores: cores)
+        first = iv.eigenpairs(laplacian, 80)
+        results.append([first, iv.eigenpairs(laplacian, 60, start=first)])
+    for one, two in zip(*results, strict=True):
+        np.testing.assert_array_equal(one.values, two.values)
+        np.testing.assert_array_equal(one.vectors, two.vectors)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6])
+def test_the_signature_is_as_accurate_as_asked(tolerance):
+    """Oracle: peer. Mean error over the sphere's nodes against LAPACK, 2 562 nodes."""
+    laplacian = dimpled(3, 0.1)
+    found = iv.eigenpairs(laplacian, 110, tolerance=tolerance)
+    values, vectors = eigh(*(m.toarray() for m in unit_area(laplacian)), subset_by_index=(0, 109))
+    exact = iv.Eigenpairs(
+        values / laplacian.area, vectors / np.sqrt(laplacian.area), 0 * values, laplacian.area
+    )
+    error = np.abs(signature(found, exact) - signature(exact, exact)).mean(axis=0).max()
+    assert 1e-13 < error < tolerance
+
+
+def test_a_start_gives_the_same_signature():
+    """Oracle: peer (the cold solver). A dimple deeper by 1 %: rms within 1/500 of the change."""
+    base = iv.eigenpairs(dimpled(3, 0.10), 120)
+    deeper = dimpled(3, 0.11)
+    cold, warm = iv.eigenpairs(deeper, 100), iv.eigenpairs(deeper, 100, start=base)
+    assert (cold.solver, warm.solver) == ("Lanczos", "from start")
+    np.testing.assert_allclose(warm.values, cold.values, rtol=1e-7, atol=1e-7)
+    change = np.abs(signature(cold, base) - signature(base.truncate(100), base))
+    error = np.abs(signature(warm, base) - signature(cold, base))
+    assert change.max() > 1e-3
+    assert rms(error) < rms(change) / 500
+    assert error.max() < change.max() / 200
+
+
+def test_a_start_that_is_too_far_away_is_not_used():
+    """Oracle: algebra. Unrelated vectors, or too few: the cold solver's bits, and a word of it."""
+    laplacian = iv.fem(iv.icosphere(3))
+    cold = iv.eigenpairs(laplacian, 50)
+    noise = np.random.default_rng(1).standard_normal(cold.vectors.shape)
+    far = iv.Eigenpairs(np.linspace(0, 60, len(cold.values)), noise, cold.residuals, cold.area)
+    for start, count in ((far, 40), (cold, 50)):
+        found = iv.eigenpairs(laplacian, count, start=start)
+        assert found.solver == "Lanczos (start too far away)"
+        np.testing.assert_array_equal(found.vectors, iv.eigenpairs(laplacian, count).vectors)
+
+
+def test_a_pair_lost_from_a_start_is_noticed(monkeypatch):
+    """Oracle: algebra. A warm solver that loses a pair is caught, and the cold one takes over."""
+    honest = _warm._rayleigh_ritz
+
+    def forgetful(problem, vectors):
+        values, vectors = honest(problem, vectors)
+        return np.delete(values, 7), np.delete(vectors, 7, axis=1)
+
+    base = iv.eigenpairs(dimpled(3, 0.10), 60)
+    monkeypatch.setattr(_warm, "_rayleigh_ritz", forgetful)
+    found = iv.eigenpairs(dimpled(3, 0.11), 50, start=base)
+    assert found.solver == "Lanczos (start too far away)"
+
+
+@pytest.mark.parametrize("subdivisions", [2, 3])  # LAPACK and Lanczos
+@pytest.mark.parametrize("count", [38, 40, 60])
+def test_a_repeated_eigenvalue_is_never_cut(subdivisions, count):
+    """Oracle: symmetry. The icosahedral group allows multiplets of 1, 3, 4 and 5."""
+    laplacian = iv.fem(iv.icosphere(subdivisions))
+    more = iv.eigenpairs(laplacian, count + 20).values
+    found = iv.eigenpairs(laplacian, count).values
+    assert count <= len(found) <= count + 4
+    np.testing.assert_allclose(found, more[: len(found)], rtol=1e-7, atol=1e-7)
+    assert more[len(found)] - found[-1] > 1e-6 * found[-1]
+
+
 def test_each_component_has_its_own_zero():
     """Oracle: analytic. Two spheres: every eigenvalue twice, two zeros."""
     one = iv.fem(iv.icosphere(3))
@@ -79,6 +195,7 @@ def test_many_equal_components():
     one = iv.fem(iv.icosphere(1))
     stiffness, mass = (csr_array(block_diag([m] * 30)) for m in (one.stiffness, one.mass))
     pairs = iv.eigenpairs(iv.Laplacian(stiffness, mass), 60)
+    assert len(pairs.values) == 120  # 30 zeros, and 30 times the three of l = 1
     assert pairs.zero_count == 30
     np.testing.assert_allclose(pairs.values[30:], iv.eigenpairs(one, 4).values[1], rtol=1e-9)
 
@@ -114,9 +231,77 @@ def test_cut_multiplets():
 
 @pytest.mark.parametrize("count", [0, 41, 42, 100])
 def test_more_pairs_than_the_mesh_holds(count):
-    """Oracle: algebra. 42 nodes carry at most 40 pairs; 40 itself is allowed."""
+    """Oracle: algebra. 42 nodes: at most 40 pairs may be asked for; here 40 cut a quintet."""
     laplacian = iv.fem(iv.icosphere(1, order=1))
-    assert len(iv.eigenpairs(laplacian, 40).values) == 40
+    assert len(iv.eigenpairs(laplacian, 40).values) == 42
     with pytest.raises(iv.ArgumentError, match="M09") as caught:
         iv.eigenpairs(laplacian, count)
     assert f"1 to 40 eigenpairs for 42 unknowns, got {count}" in str(caught.value)
+
+
+def test_memory_is_predicted_before_the_work(monkeypatch):
+    """Oracle: faults.md W08. 1 GB is not enough for 1 000 pairs of 200 000 unknowns."""
+    import psutil
+
+    laplacian = iv.Laplacian(*[csr_array(diags_array(np.ones(200_000)))] * 2)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e9))
+    with pytest.raises(iv.RunError, match=r"W08") as caught:
+        iv.eigenpairs(laplacian, 1000)
+    assert "got 1.0 GB free" in str(caught.value)
+    assert predicted_memory(200_000, 7 * 200_000, 300) < 4e9
+
+
+@pytest.mark.parametrize(
+    ("options", "code"), [({"tolerance": 0.1}, "A02"), ({"tolerance": 0.0}, "A02")]
+)
+def test_senseless_tolerances(options, code):
+    """Oracle: faults.md."""
+    with pytest.raises(iv.ArgumentError, match=code):
+        iv.eigenpairs(iv.fem(iv.icosphere(1)), 10, **options)
+
+
+def test_a_start_on_other_nodes_is_refused():
+    """Oracle: faults.md A03."""
+    start = iv.eigenpairs(iv.fem(iv.icosphere(1)), 10)
+    with pytest.raises(iv.ArgumentError, match="expected eigenvectors on 642 nodes, got 162"):
+        iv.eigenpairs(iv.fem(iv.icosphere(2)), 10, start=start)
+
+
+def test_a_stiffness_with_negative_eigenvalues_is_refused():
+    """Oracle: faults.md S06."""
+    laplacian = iv.fem(iv.icosphere(1))
+    shifted = csr_array(laplacian.stiffness - 0.5 * laplacian.mass)
+    with pytest.raises(iv.SpectrumError, match="S06"):
+        iv.eigenpairs(iv.Laplacian(shifted, laplacian.mass), 10)
+
+
+@st.composite
+def symmetric_matrices(draw):
+    """Sparse, symmetric, sometimes in several components, diagonally dominant of either sign."""
+    size = draw(st.integers(1, 120))
+    density, seed = draw(st.sampled_from([0.0, 0.01, 0.05, 0.3])), draw(st.integers(0, 999))
+    rng = np.random.default_rng(seed)
+    half = random_array((size, size), density=density, rng=rng)
+    matrix = half + half.T
+    diagonal = 1 + np.abs(matrix).sum(axis=1)
+    signs = rng.choice([-1.0, 1.0], size) if draw(st.booleans()) else np.ones(size)
+    return csr_array(matrix + diags_array(diagonal * signs))
+
+
+@settings(max_examples=60, deadline=None)
+@given(symmetric_matrices(), st.integers(1, 5))
+def test_the_panels_solve_and_count(matrix, columns):
+    """Oracle: algebra and LAPACK. A x = b, and as many negative pivots as eigenvalues."""
+    raw, negative = signed_factor(matrix)
+    factor = factorize(raw)
+    right = np.random.default_rng(0).standard_normal((matrix.shape[0], columns))
+    solution = np.empty_like(right)
+    solution[factor.order] = factor.solve(right[factor.order])
+    np.testing.assert_allclose(matrix @ solution, right, atol=1e-10)
+    assert negative == (eigvalsh(matrix.toarray()) < 0).sum()
+
+
+def test_a_matrix_without_pivots_on_its_diagonal_is_refused():
+    """Oracle: algebra. [[0, 1], [1, 0]] has no L D L^T; its signs would mean nothing."""
+    with pytest.raises(iv.SpectrumError, match="S01"):
+        count_below(csr_array([[0.0, 1.0], [1.0, 0.0]]), csr_array(np.eye(2)), 0.0)

@@ -466,12 +466,15 @@ class Eigenpairs:
         the mass's diagonal, relative to the last eigenvalue; for unit area.
     area : float
         Area of the surface; length^2.
+    solver : str
+        What computed them.
     """
 
     values: Floats
     vectors: Floats
     residuals: Floats
     area: float
+    solver: str = ""
 
     def __post_init__(self) -> None:
         for name in ("values", "vectors", "residuals"):
@@ -493,7 +496,11 @@ class Eigenpairs:
     def truncate(self, count: int) -> Eigenpairs:
         """The first ``count`` pairs."""
         return Eigenpairs(
-            self.values[:count], self.vectors[:, :count], self.residuals[:count], self.area
+            self.values[:count],
+            self.vectors[:, :count],
+            self.residuals[:count],
+            self.area,
+            self.solver,
         )
 
 

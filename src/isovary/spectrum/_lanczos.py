@@ -1,0 +1,268 @@
+"""Block Lanczos around a shift in the middle of the wanted spectrum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import SpectrumError
+from ..geometry import Floats
+from ._accuracy import SMALLEST_GAP, UNIT, signature_error
+from ._factorization import Factorization, factorize, signed_factor
+from ._threads import RowPieces, gram, in_pieces, minus, scattered, times
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+_SEED = 20130808
+_BLOCK, _WIDEST = 32, 256  # columns of the first and of the last start's block
+_FEWEST_IN_THE_MIDDLE = 32  # for fewer pairs a shift below the spectrum does
+_BELOW = 0.35, 0.55  # part of the wanted pairs that a shift in the middle leaves below
+_RANK_TOLERANCE, _WEAK = 1e-11, 1e-6  # relative: below, a direction is rounding; or partly so
+_CLEAR = 0.3  # part of a gap that the eigenvalues beside it may be uncertain by
+
+
+@dataclass(frozen=True, eq=False)
+class _Operator:
+    """(stiffness - shift mass)^-1 mass; everything in the factor's elimination order."""
+
+    stiffness: csr_array
+    mass: csr_array
+    shift: float
+    below: int  # eigenvalues below the shift
+    factor: Factorization
+
+    def count_below(self, shift: float) -> int:
+        """Number of eigenvalues below another shift, by inertia."""
+        return signed_factor(self.stiffness - shift * self.mass, "NATURAL")[1]
+
+
+@dataclass(frozen=True, eq=False)
+class _Ritz:
+    """Approximate pairs in the order of their eigenvalues."""
+
+    values: Floats  # lambda
+    ritz: Floats  # 1 / (lambda - shift)
+    modes: Floats  # coefficients on the basis
+    missed: Floats  # and on the next block: what the basis misses
+
+    @property
+    def residuals(self) -> Floats:
+        """Length of operator phi - ritz phi."""
+        lengths: Floats = np.linalg.norm(self.missed, axis=0)
+        return lengths
+
+
+def lanczos(
+    stiffness: csr_array, mass: csr_array, count: int, tolerance: float
+) -> tuple[Floats, Floats]:
+    """At least ``count`` certified pairs of a large problem of unit area.
+
+    (stiffness - shift mass)^-1 mass has the eigenvalues 1 / (lambda - shift): with the
+    shift in the middle of the wanted ones, two thirds of the vectors that a shift at
+    zero needs are enough. The number of pairs below the shift is known from the
+    inertia of the factorization; that of pairs below a gap behind the last wanted one
+    is counted by another. A block finds as many copies of an eigenvalue as it has
+    columns at once, so it is doubled when copies are missing.
+
+    Raises
+    ------
+    SpectrumError
+        S01 if copies stay missing, S02 if the vectors do not suffice.
+    """
+    operator = _middle(stiffness, mass, count)
+    width = _BLOCK
+    while width <= min(_WIDEST, mass.shape[0] // 2):
+        found = _grow(operator, count, width, tolerance)
+        if found is not None:
+            values, ordered = found
+            return values, scattered(ordered, operator.factor.order)
+        width *= 2
+    raise SpectrumError(
+        "S01",
+        f"eigenvalues: expected {count} that an inertia count confirms, got copies of repeated "
+        f"ones missing with blocks of up to {_WIDEST} vectors; ask for another number of pairs, "
+        "or compare fewer equal components at a time",
+    )
+
+
+def _middle(stiffness: csr_array, mass: csr_array, count: int) -> _Operator:
+    """A shift with nearly half of the wanted eigenvalues below it, by Weyl's law and inertia.
+
+    If a few tries do not find one (as many zeros as pairs), the shift lies below the spectrum.
+    """
+    low, high = (part * count for part in _BELOW)
+    shift = 0.47 * count * UNIT
+    for _ in range(4 if count >= _FEWEST_IN_THE_MIDDLE else 0):
+        raw, below = signed_factor(stiffness - shift * mass)
+        if low <= below <= high:
+            break
+        shift *= min(max((low + high) / 2 / max(below, 1), 1 / 8), 8.0)
+    else:
+        shift, below = -UNIT, 0
+        raw, _ = signed_factor(stiffness - shift * mass)
+    factor = factorize(raw)
+    order = factor.order
+    return _Operator(stiffness[order][:, order], mass[order][:, order], shift, below, factor)
+
+
+def _grow(
+    operator: _Operator, count: int, width: int, tolerance: float
+) -> tuple[Floats, Floats] | None:
+    """Lanczos vectors until the pairs are accurate and counted; None if copies stay missing.
+
+    The count runs aside as soon as there is a gap to count at: on one core, while the
+    other goes on with the vectors.
+    """
+    extra = max(8, count // 20)  # pairs behind the wanted ones, to find a gap there
+    limit = min(operator.mass.shape[0] - width, (4 if operator.below else 8) * count + 12 * width)
+    checks: list[tuple[int, float]] = []
+    check_at, miscounts = 2 * count + 2 * width, 0
+    counted: tuple[float, Future[int]] | None = None
+    with ThreadPoolExecutor(1) as aside:
+        for used, basis, projected, remainder in _krylov(operator, width, limit):
+            if used < check_at and used + width <= limit:
+                continue
+            pairs = _ritz(operator, projected, remainder, count + extra)
+            error = signature_error(pairs.values[:count], _directions(operator, pairs, count))
+            checks.append((used, error))
+            check_at = _next_check(checks, tolerance, width)
+            whole, behind = _gap(pairs, count)
+            if counted is None and behind is not None:
+                counted = behind, aside.submit(operator.count_below, behind)
+            if error > tolerance:
+                continue
+            if counted is None:  # a multiplet that ends behind the pairs looked at
+                extra *= 4
+                continue
+            if counted[1].result() == (pairs.values < counted[0]).sum():
+                return pairs.values[:whole], times(basis, _purged(pairs, whole))
+            miscounts += 1
+            if miscounts == 2:
+                return None
+    raise SpectrumError(
+        "S02",
+        f"Lanczos: expected a signature right to {tolerance:g} within {limit} vectors; use a "
+        "finer mesh or fewer pairs",
+    )
+
+
+def _krylov(
+    operator: _Operator, width: int, limit: int
+) -> Iterator[tuple[int, Floats, Floats, Floats]]:
+    """Block by block: vectors used, the basis with one block more, projection, remainder.
+
+    operator basis[:, :used] = basis[:, :used] projected + (last block) remainder, the
+    remainder standing for its last columns. The basis is mass-orthonormal; ``projected``
+    is block tridiagonal, of which only the lower triangle is written.
+    """
+    mass = in_pieces(operator.mass)
+    limit = limit // width * width
+    basis = np.empty((operator.mass.shape[0], limit + width), order="F")
+    projected = np.zeros((limit + width, limit + width))
+    start = np.random.default_rng(_SEED).standard_normal((len(basis), width))
+    start = operator.factor.solve(mass @ start)
+    image, remainder = _append(start, basis[:, :width], mass)
+    for used in range(width, limit + 1, width):
+        last, before = slice(used - width, used), slice(max(used - 2 * width, 0), used - width)
+        new = operator.factor.solve(image)
+        if used > width:
+            new = minus(new, basis[:, before], remainder.T)
+        projected[last, last] = gram(image, new)
+        new = minus(new, basis[:, last], projected[last, last])
+        image, remainder = _append(new, basis[:, : used + width], mass)
+        projected[used : used + width, last] = remainder
+        yield used, basis[:, : used + width], projected[:used, :used], remainder
+
+
+def _next_check(checks: list[tuple[int, float]], tolerance: float, width: int) -> int:
+    """Number of vectors for the next check, if the error goes on falling as it did."""
+    used, error = checks[-1]
+    ahead = width
+    if len(checks) > 1 and tolerance < error < checks[-2][1]:
+        earlier, worse = checks[-2]
+        ahead = int((used - earlier) * np.log(error / tolerance) / np.log(worse / error))
+    return used + max(ahead // width, 1) * width
+
+
+def _ritz(operator: _Operator, projected: Floats, remainder: Floats, count: int) -> _Ritz:
+    """The Ritz pairs that belong to the smallest eigenvalues, those below the shift first."""
+    ritz, modes = np.linalg.eigh(projected)
+    below, size = operator.below, len(ritz)
+    chosen = np.r_[below - 1 : -1 : -1, size - 1 : size - 1 - (count - below) : -1]
+    ritz, modes = ritz[chosen], modes[:, chosen]
+    missed = remainder @ modes[-len(remainder) :]
+    return _Ritz(operator.shift + 1 / ritz, ritz, modes, missed)
+
+
+def _directions(operator: _Operator, pairs: _Ritz, count: int) -> Floats:
+    """Error of each wanted eigenvector: its residual over the gap to the pairs left out."""
+    outside = pairs.values[count]
+    gaps = np.maximum(outside - pairs.values, outside / count) / (outside - operator.shift)
+    errors: Floats = pairs.residuals / np.abs(pairs.ritz) / np.minimum(gaps, 1.0)
+    return errors[:count]
+
+
+def _purged(pairs: _Ritz, count: int) -> Floats:
+    """Coefficients of operator phi / ritz, orthonormal: one step more, without a solve.
+
+    What is left of high eigenvectors is divided by their eigenvalues, so the residuals
+    of stiffness phi - lambda mass phi become small as well.
+    """
+    columns = np.vstack([pairs.modes, pairs.missed / pairs.ritz])[:, :count]
+    squares, modes = np.linalg.eigh(columns.T @ columns)
+    result: Floats = columns @ (modes / np.sqrt(squares)) @ modes.T
+    return result
+
+
+def _gap(pairs: _Ritz, count: int) -> tuple[int, float | None]:
+    """How many pairs complete the last multiplet, and a shift in a gap behind them.
+
+    There is none while the errors of the eigenvalues beside it leave no gap clear.
+    """
+    values, uncertain = pairs.values, pairs.residuals / pairs.ritz**2
+    gaps = np.diff(values[count - 1 :])
+    errors = np.maximum(uncertain[count - 1 : -1], uncertain[count:])
+    open_gaps = gaps > SMALLEST_GAP * max(values[-1], UNIT)
+    clear = open_gaps & (errors < _CLEAR * gaps)
+    if not clear.any():
+        return count, None
+    last = count + int(np.argmax(clear))
+    return count + int(np.argmax(open_gaps)), float(values[last - 1] + values[last]) / 2
+
+
+def _append(block: Floats, basis: Floats, mass: RowPieces) -> tuple[Floats, Floats]:
+    """Write block, made mass-orthonormal to the columns before, as the last ones of a basis.
+
+    The result is ``mass @ unit`` and ``remainder``, where block = unit @ remainder but for
+    the part along the columns before, which the three-term recurrence left to rounding.
+    Directions of which nothing is left, because the basis spans them, are replaced by
+    random ones with a remainder of zero: so an invariant subspace is left for new copies
+    of the same eigenvalues.
+    """
+    width = block.shape[1]
+    basis, target = basis[:, :-width], basis[:, -width:]
+    image = mass @ block
+    scale = np.sqrt(np.einsum("nk,nk->", block, image))
+    block = minus(block, basis, gram(basis, image))
+    image = mass @ block
+    square, directions = np.linalg.eigh(gram(block, image))
+    length = np.sqrt(np.maximum(square, 0.0))
+    kept = length > _RANK_TOLERANCE * scale
+    inverse, remainder = directions / np.where(kept, length, 1.0), length[:, None] * directions.T
+    if length.min() < _WEAK * scale:
+        block = times(block, inverse)
+        rng = np.random.default_rng(_SEED + basis.shape[1])
+        block[:, ~kept] = rng.standard_normal((len(block), int((~kept).sum())))
+        remainder[~kept] = 0.0
+        for _ in range(2):
+            block = minus(block, basis, gram(basis, mass @ block))
+        image = mass @ block
+        lower = np.linalg.cholesky(gram(block, image))
+        inverse, remainder = np.linalg.inv(lower).T, lower.T @ remainder
+    times(block, inverse, out=target)
+    return times(image, inverse), remainder

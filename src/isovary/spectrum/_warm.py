@@ -1,0 +1,163 @@
+"""Subspace iteration from the eigenvectors of a similar problem on the same nodes."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..geometry import Floats
+from ._accuracy import SMALLEST_GAP, UNIT, signature_change, signature_error
+from ._factorization import Factorization, factorize, signed_factor
+from ._threads import RowPieces, each, gram, in_pieces, pieces, scattered, times
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+_DEGREE = 3  # of the filter: more would leave the columns nearly parallel
+_ROUNDS = 3
+_COLUMNS = 80  # vectors filtered by one thread, at least
+_SAMPLES = 40  # vectors whose error is estimated
+_PART_OF_CHANGE = 2e-3  # the error allowed, relative to the signature's change since the start
+_FEWEST_MORE = 4  # pairs that the start must hold beyond the wanted ones
+_SAFETY = 10.0  # the eigenvalues' errors are known to that factor
+_PROGRESS = 0.3  # a round that leaves more than this part of the error is too slow
+
+
+@dataclass(frozen=True, eq=False)
+class _Problem:
+    """Unit area, everything in the elimination order of stiffness + shift mass."""
+
+    stiffness: RowPieces
+    mass: RowPieces
+    shift: float
+    factor: Factorization
+
+    def count_below(self, value: float) -> int:
+        """Number of eigenvalues below a value, by inertia."""
+        matrix = self.stiffness.matrix - value * self.mass.matrix
+        return signed_factor(matrix, "NATURAL")[1]
+
+    def inverse(self, vectors: Floats) -> Floats:
+        """(stiffness + shift mass)^-1 mass vectors, on one thread."""
+        return self.factor.overwrite(self.mass.matrix @ vectors)
+
+
+def warm(
+    stiffness: csr_array,
+    mass: csr_array,
+    start: tuple[Floats, Floats],
+    count: int,
+    tolerance: float,
+) -> tuple[Floats, Floats] | None:
+    """``count`` certified pairs near those of ``start``; None if these are too far or too few.
+
+    The start's vectors are filtered by a Chebyshev polynomial of
+    (stiffness + shift mass)^-1 mass that is small on all eigenvalues behind the start's
+    last one, then rotated to Ritz vectors, until the error of the heat kernel signature
+    is below ``tolerance`` or below a five-hundredth of its change since the start.
+    """
+    values, vectors = start
+    if len(values) < count + _FEWEST_MORE:
+        return None
+    problem = _shifted(stiffness, mass, max(values[count - 1] / 50, UNIT))
+    begun = vectors[problem.factor.order]
+    with ThreadPoolExecutor(1) as aside:
+        behind = _widest_gap(values, count)
+        counted = aside.submit(problem.count_below, behind)
+        found = _refined(problem, values, begun, count, tolerance)
+    if found is None:
+        return None
+    values, ordered, uncertain = found
+    whole = count + int(np.argmax(np.diff(values[count - 1 :]) > SMALLEST_GAP * values[-1]))
+    certain = np.abs(values - behind).min() > uncertain
+    if not (certain and whole <= (values < behind).sum() == counted.result()):
+        return None
+    return values[:whole], scattered(ordered[:, :whole], problem.factor.order)
+
+
+def _refined(
+    problem: _Problem, values: Floats, vectors: Floats, count: int, tolerance: float
+) -> tuple[Floats, Floats, float] | None:
+    """Ritz pairs that are accurate enough, and how uncertain their values are; or None."""
+    begun, last, before = (values[:count], vectors[:, :count]), values[-1], 1.0
+    for _ in range(_ROUNDS):
+        try:
+            values, vectors = _rayleigh_ritz(problem, _filter(problem, vectors, last))
+        except np.linalg.LinAlgError:  # the filter left the vectors parallel
+            return None
+        directions = _directions(problem, values, vectors, count)
+        error = signature_error(values[:count], directions)
+        change = signature_change(begun, (values[:count], vectors[:, :count]))
+        if error <= max(tolerance, _PART_OF_CHANGE * change):
+            return values, vectors, _SAFETY * directions[-1] ** 2 * last + SMALLEST_GAP * last
+        if error > _PROGRESS * before:
+            return None
+        before = error
+    return None
+
+
+def _shifted(stiffness: csr_array, mass: csr_array, shift: float) -> _Problem:
+    factor = factorize(signed_factor(stiffness + shift * mass)[0])
+    order = factor.order
+    stiffness, mass = stiffness[order][:, order], mass[order][:, order]
+    return _Problem(in_pieces(stiffness), in_pieces(mass), shift, factor)
+
+
+def _filter(problem: _Problem, vectors: Floats, last: float) -> Floats:
+    """Chebyshev's polynomial of the inverse, at most 1 for eigenvalues above ``last``."""
+    edge = 1 / (last + problem.shift)
+    result = np.empty_like(vectors)
+
+    def work(columns: slice) -> None:
+        before = np.ascontiguousarray(vectors[:, columns])
+        now = problem.inverse(before)
+        now *= 2 / edge
+        now -= before
+        for _ in range(_DEGREE - 1):  # T_(j+1)(x) = 2 x T_j(x) - T_(j-1)(x)
+            new = problem.inverse(now)
+            new *= 4 / edge
+            new -= 2 * now
+            new -= before
+            before, now = now, new
+        result[:, columns] = now
+
+    each(work, pieces(vectors.shape[1], _COLUMNS))
+    return result
+
+
+def _rayleigh_ritz(problem: _Problem, vectors: Floats) -> tuple[Floats, Floats]:
+    """The best pairs in the span of vectors, which are scaled first: the filter spreads them."""
+    from scipy.linalg import eigh
+
+    image = problem.mass @ vectors
+    scale = 1 / np.sqrt(np.einsum("nk,nk->k", vectors, image))
+    both = np.outer(scale, scale)
+    stiffness, mass = gram(vectors, problem.stiffness @ vectors) * both, gram(vectors, image) * both
+    values, modes = eigh(stiffness, mass)
+    return values, times(vectors, scale[:, None] * modes)
+
+
+def _directions(problem: _Problem, values: Floats, vectors: Floats, count: int) -> Floats:
+    """Error of each wanted vector: the step that one more inverse iteration would make.
+
+    Taken for some and interpolated. A component of a pair behind the last one moves by
+    the part (lambda_last - lambda) / (lambda_last + shift) at least.
+    """
+    some = np.unique(np.linspace(0, count - 1, _SAMPLES).astype(int))
+    old = np.ascontiguousarray(vectors[:, some])
+    steps = problem.inverse(old) * (values[some] + problem.shift) - old
+    length = np.sqrt(np.einsum("nk,nk->k", steps, problem.mass @ steps))
+    moved = (values[-1] - values[some]) / (values[-1] + problem.shift)
+    floor = np.finfo(float).tiny
+    result: Floats = np.exp(np.interp(np.arange(count), some, np.log(length / moved + floor)))
+    return result
+
+
+def _widest_gap(values: Floats, count: int) -> float:
+    """A value in the middle of the widest gap behind ``count`` eigenvalues, not at the end."""
+    gaps = np.diff(values[count - 1 : (count + len(values)) // 2 + 1])
+    below = count - 1 + int(np.argmax(gaps))
+    return float(values[below] + values[below + 1]) / 2
