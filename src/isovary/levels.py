@@ -13,14 +13,14 @@ import numpy as np
 from .carrying import carry
 from .correspondence import identity, interpolate
 from .difference import diffusion_times, heat_trace_scale, signature_difference
-from .errors import CorrespondenceError, SpectrumError
+from .errors import CorrespondenceError
 from .geometry import Floats, topology
 from .laplacian import fem
 from .meshing import contour, marching_cubes
 from .noise import noise_floor
 from .records import Correspondence, Eigenpairs, ScalarField, Surface
 from .signature import heat_kernel_signature
-from .spectrum import drop_cut_multiplet, eigenpairs
+from .spectrum import drop_cut_multiplet, eigenpairs, first_pairs, with_spare
 
 Progress = Callable[[str, float], None]
 """Called with a stage's name and the part of the expected work done so far, 0 to 1."""
@@ -151,23 +151,14 @@ def make_level(
             f"{partners.found.mean():.0%}; the surfaces are too far apart",
         )
     with walk.stage("eigenpairs of the base", vertices / 2):
-        first = drop_cut_multiplet(eigenpairs(fem(surface), pairs))
-        _check_zeros(first, surface)
+        more = eigenpairs(fem(surface), min(with_spare(pairs), len(surface.points) - 2))
+        first = drop_cut_multiplet(first_pairs(more, pairs))
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
+        count = len(first.values)
         same = np.array_equal(surface.points, other.points)
-        second = first if same else eigenpairs(fem(other), pairs).truncate(len(first.values))
+        start = more if match is None else None  # carried: the same nodes
+        second = first if same else eigenpairs(fem(other), count, start=start).truncate(count)
     return Level(surface, other, partners, first, second)
-
-
-def _check_zeros(pairs: Eigenpairs, surface: Surface) -> None:
-    """Each component has one zero eigenvalue, no more and no less."""
-    pieces = topology(surface.triangles).components
-    if pairs.zero_count != min(pieces, len(pairs.values)):
-        raise SpectrumError(
-            "S05",
-            f"eigenvalues: expected a zero for each of {pieces} components, got "
-            f"{pairs.zero_count}; ask for more pairs than components",
-        )
 
 
 def relative_rms(floor: Floats, change: Floats) -> float:

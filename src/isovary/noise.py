@@ -14,7 +14,7 @@ from .laplacian import fem
 from .meshing import interpolation_errors
 from .records import ScalarField, Surface
 from .signature import heat_kernel_signature
-from .spectrum import eigenpairs
+from .spectrum import eigenpairs, with_spare
 
 SIGNIFICANCE = 2.0
 """A change counts where its norm exceeds this many noise floors: two standard errors."""
@@ -159,7 +159,9 @@ def _carried_change(
     first, at_first = carry(surface, base, isovalue)
     second, at_second = carry(surface, perturbed, isovalue)
     known = at_first.found & at_second.found
-    before, after = (eigenpairs(fem(carried), pairs) for carried in (first, second))
+    more = eigenpairs(fem(first), min(with_spare(pairs), len(first.points) - 2))
+    before = more.truncate(pairs)
+    after = eigenpairs(fem(second), pairs, start=more).truncate(pairs)
     change = signature_difference(
         heat_kernel_signature(before, times),
         heat_kernel_signature(after, times),

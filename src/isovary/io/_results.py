@@ -200,6 +200,10 @@ def _summary(result: Comparison) -> dict[str, Any]:
         "spectrum": {
             "largest_eigenvalue": result.base_pairs.values[-1],
             "times": [result.times[0], result.times[-1]],
+            "solver": {
+                "base": result.base_pairs.solver,
+                "perturbed": result.perturbed_pairs.solver,
+            },
             "largest_residual": {
                 "base": result.base_pairs.residuals.max(),
                 "perturbed": result.perturbed_pairs.residuals.max(),

@@ -19,9 +19,10 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _DENSE_SIZE, _DENSE_RATIO = 1000, 4  # so small, or so few unknowns a pair: LAPACK is as fast
-_TOLERANCES = 1e-12, 1e-3
+_SMALLEST_TOLERANCE, _LARGEST_TOLERANCE = 1e-12, 1e-3
 _RESIDUAL_LIMIT = 1e-2
 _ORTHONORMALITY_LIMIT = 1e-9
+_CONSTANT = 1e-8  # relative: rounding of the stiffness of a constant
 _ZERO = 1e-10  # relative: rounding of a zero eigenvalue
 
 
@@ -31,6 +32,7 @@ def eigenpairs(
     *,
     start: Eigenpairs | None = None,
     tolerance: float = 1e-8,
+    tolerance_of_change: float = 2e-4,
 ) -> Eigenpairs:
     """The smallest eigenpairs of stiffness phi = lambda mass phi, counted so that none is missing.
 
@@ -49,13 +51,15 @@ def eigenpairs(
         other copies are added.
     start : Eigenpairs, optional
         Pairs of a similar Laplacian on the same nodes, such as those of the base for a
-        carried surface, at least 4 and better 10 % more than ``count``. If they are too
+        carried surface, 10 % more than ``count`` (:func:`with_spare`). If they are too
         few or too far away, they are not used; ``solver`` of the result tells.
     tolerance : float
         Largest relative error of the heat kernel signature that may be expected (mean
-        over the surface; 1e-12 to 1e-3). With a start, 1/500 of the signature's change
-        since the start is enough. Eigenvectors near the last are less accurate, those
-        far below it more.
+        over the surface; 1e-12 to 1e-3). Eigenvectors near the last are less accurate,
+        those far below it more.
+    tolerance_of_change : float
+        With a start, an error that is so much smaller than the signature's change since
+        the start (root mean square) is small enough, too.
 
     Returns
     -------
@@ -69,7 +73,7 @@ def eigenpairs(
         of bounds, A03 for a start on other nodes.
     SpectrumError
         S01 if eigenvalues stay missing, S02 if residuals or mass-orthonormality are off,
-        S06 if the smallest eigenvalue is negative.
+        S05 if zero eigenvalues and components that carry a constant differ in number, S06 if the smallest eigenvalue is negative.
     RunError
         W08 if the work needs more memory than is free.
 
@@ -94,18 +98,27 @@ def eigenpairs(
     >>> eigenpairs(fem(icosphere(3)), 9).values.round(2).tolist()
     [0.0, 2.0, 2.0, 2.0, 6.0, 6.0, 6.0, 6.0, 6.0]
     """
-    _check(laplacian, count, start, tolerance)
+    _check(laplacian, count, start, tolerance, tolerance_of_change)
     area = laplacian.area
     stiffness, mass = laplacian.stiffness, laplacian.mass / area
     check_memory(mass.shape[0], stiffness.nnz, count)
     with one_blas_thread():
-        solver, (values, vectors) = _solve(stiffness, mass, count, start, tolerance)
+        solver, (values, vectors) = _solve(
+            stiffness, mass, count, start, (tolerance, tolerance_of_change)
+        )
         values = _clamp(values)
+        _check_zeros(stiffness, values)
         residuals = _checked_residuals(stiffness, mass, values, vectors)
     return Eigenpairs(values / area, vectors / np.sqrt(area), residuals, area, solver)
 
 
-def _check(laplacian: Laplacian, count: int, start: Eigenpairs | None, tolerance: float) -> None:
+def _check(
+    laplacian: Laplacian,
+    count: int,
+    start: Eigenpairs | None,
+    tolerance: float,
+    tolerance_of_change: float,
+) -> None:
     size = laplacian.mass.shape[0]
     if not 1 <= count <= size - 2:
         raise ArgumentError(
@@ -113,11 +126,14 @@ def _check(laplacian: Laplacian, count: int, start: Eigenpairs | None, tolerance
             f"count: expected 1 to {max(size - 2, 0)} eigenpairs for {size} unknowns, got {count}; "
             "use a finer mesh or fewer pairs",
         )
-    if not _TOLERANCES[0] <= tolerance <= _TOLERANCES[1]:
-        raise ArgumentError(
-            "A02",
-            f"tolerance: expected {_TOLERANCES[0]:g} to {_TOLERANCES[1]:g}, got {tolerance:g}",
-        )
+    for name, value, most in (
+        ("tolerance", tolerance, _LARGEST_TOLERANCE),
+        ("tolerance_of_change", tolerance_of_change, 1.0),
+    ):
+        if not _SMALLEST_TOLERANCE <= value <= most:
+            raise ArgumentError(
+                "A02", f"{name}: expected {_SMALLEST_TOLERANCE:g} to {most:g}, got {value:g}"
+            )
     if start is not None and len(start.vectors) != size:
         raise ArgumentError(
             "A03",
@@ -131,18 +147,18 @@ def _solve(
     mass: csr_array,
     count: int,
     start: Eigenpairs | None,
-    tolerance: float,
+    tolerances: tuple[float, float],
 ) -> tuple[str, tuple[Floats, Floats]]:
     """The solver's name and its pairs."""
     size = mass.shape[0]
     if size <= max(_DENSE_SIZE, _DENSE_RATIO * count):
         return "dense", _dense(stiffness, mass, count)
     if start is None:
-        return "Lanczos", lanczos(stiffness, mass, count, tolerance)
+        return "Lanczos", lanczos(stiffness, mass, count, tolerances[0])
     begun = start.values * start.area, start.vectors * np.sqrt(start.area)
-    found = warm(stiffness, mass, begun, count, tolerance)
+    found = warm(stiffness, mass, begun, count, tolerances)
     if found is None:
-        return "Lanczos (start too far away)", lanczos(stiffness, mass, count, tolerance)
+        return "Lanczos (start too far away)", lanczos(stiffness, mass, count, tolerances[0])
     return "from start", found
 
 
@@ -173,6 +189,23 @@ def _clamp(values: Floats) -> Floats:
     return np.where(np.abs(values) < rounding, 0.0, values)
 
 
+def _check_zeros(stiffness: csr_array, values: Floats) -> None:
+    """Each component on which the stiffness of a constant vanishes has one zero, no others."""
+    from scipy.sparse.csgraph import connected_components
+
+    count, labels = connected_components(stiffness, directed=False)
+    scale = np.bincount(labels, stiffness.diagonal(), count)
+    defect = np.bincount(labels, np.abs(stiffness.sum(axis=1)), count)
+    expected = min(int((defect <= _CONSTANT * scale).sum()), len(values))
+    zeros = int((values == 0).sum())
+    if zeros != expected:
+        raise SpectrumError(
+            "S05",
+            f"eigenvalues: expected a zero for each of {expected} components, got {zeros}; the "
+            "mesh may hold degenerate triangles, or parts that are nearly separate",
+        )
+
+
 def _checked_residuals(
     stiffness: csr_array, mass: csr_array, values: Floats, vectors: Floats
 ) -> Floats:
@@ -200,33 +233,3 @@ def _checked_residuals(
             "the mesh may hold degenerate triangles",
         )
     return residuals
-
-
-def drop_cut_multiplet(pairs: Eigenpairs) -> Eigenpairs:
-    """Leave out the last pairs where the count cuts a multiplet of a symmetric surface.
-
-    300 pairs cut the l = 17 shell of a sphere (17^2 = 289 below, 18^2 = 324
-    above), and a part of a shell is no symmetric signature. If the last 15 % of
-    the pairs hold a gap of at least eight mean spacings 4 pi / area (Weyl), the
-    spectrum is cut there; a generic surface has no such gap and keeps all.
-
-    Returns
-    -------
-    Eigenpairs
-        The given pairs, or fewer.
-
-    Examples
-    --------
-    40 pairs of a sphere become the 36 of the shells l = 0 to 5:
-
-    >>> from isovary.laplacian import fem
-    >>> from isovary.shapes import icosphere
-    >>> len(drop_cut_multiplet(eigenpairs(fem(icosphere(3)), 40)).values)
-    36
-    """
-    first = int(0.85 * len(pairs.values))
-    gaps = np.diff(pairs.values[first:])
-    widest = 8 * 4 * np.pi / pairs.area
-    if len(gaps) == 0 or gaps.max() < widest:
-        return pairs
-    return pairs.truncate(first + int(np.argmax(gaps)) + 1)

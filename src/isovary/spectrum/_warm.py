@@ -20,9 +20,9 @@ _DEGREE = 3  # of the filter: more would leave the columns nearly parallel
 _ROUNDS = 3
 _COLUMNS = 80  # vectors filtered by one thread, at least
 _SAMPLES = 40  # vectors whose error is estimated
-_PART_OF_CHANGE = 2e-3  # the error allowed, relative to the signature's change since the start
 _FEWEST_MORE = 4  # pairs that the start must hold beyond the wanted ones
-_SAFETY = 10.0  # the eigenvalues' errors are known to that factor
+_SAFETY = 3.0  # the eigenvalues' errors are known to that factor
+_FAR = 0.3  # a signature that changes by more has another shape
 _PROGRESS = 0.3  # a round that leaves more than this part of the error is too slow
 
 
@@ -50,14 +50,14 @@ def warm(
     mass: csr_array,
     start: tuple[Floats, Floats],
     count: int,
-    tolerance: float,
+    tolerances: tuple[float, float],
 ) -> tuple[Floats, Floats] | None:
     """``count`` certified pairs near those of ``start``; None if these are too far or too few.
 
     The start's vectors are filtered by a Chebyshev polynomial of
     (stiffness + shift mass)^-1 mass that is small on all eigenvalues behind the start's
     last one, then rotated to Ritz vectors, until the error of the heat kernel signature
-    is below ``tolerance`` or below a five-hundredth of its change since the start.
+    is below the first of ``tolerances``, or below the second times its change since the start.
     """
     values, vectors = start
     if len(values) < count + _FEWEST_MORE:
@@ -67,34 +67,38 @@ def warm(
     with ThreadPoolExecutor(1) as aside:
         behind = _widest_gap(values, count)
         counted = aside.submit(problem.count_below, behind)
-        found = _refined(problem, values, begun, count, tolerance)
+        found = _refined(problem, values, begun, count, tolerances)
     if found is None:
         return None
-    values, ordered, uncertain = found
+    values, ordered, errors = found
     whole = count + int(np.argmax(np.diff(values[count - 1 :]) > SMALLEST_GAP * values[-1]))
-    certain = np.abs(values - behind).min() > uncertain
+    certain = (np.abs(values[: len(errors)] - behind) > _SAFETY * errors).all()
     if not (certain and whole <= (values < behind).sum() == counted.result()):
         return None
     return values[:whole], scattered(ordered[:, :whole], problem.factor.order)
 
 
 def _refined(
-    problem: _Problem, values: Floats, vectors: Floats, count: int, tolerance: float
-) -> tuple[Floats, Floats, float] | None:
-    """Ritz pairs that are accurate enough, and how uncertain their values are; or None."""
+    problem: _Problem,
+    values: Floats,
+    vectors: Floats,
+    count: int,
+    tolerances: tuple[float, float],
+) -> tuple[Floats, Floats, Floats] | None:
+    """Ritz pairs that are accurate enough, and the errors of their values; or None."""
     begun, last, before = (values[:count], vectors[:, :count]), values[-1], 1.0
     for _ in range(_ROUNDS):
         try:
             values, vectors = _rayleigh_ritz(problem, _filter(problem, vectors, last))
         except np.linalg.LinAlgError:  # the filter left the vectors parallel
             return None
-        directions = _directions(problem, values, vectors, count)
-        error = signature_error(values[:count], directions)
+        directions, errors = _errors(problem, values, vectors, _reach(values, count))
+        error = signature_error(values[:count], directions[:count])
         change = signature_change(begun, (values[:count], vectors[:, :count]))
-        if error <= max(tolerance, _PART_OF_CHANGE * change):
-            return values, vectors, _SAFETY * directions[-1] ** 2 * last + SMALLEST_GAP * last
-        if error > _PROGRESS * before:
+        if error > _PROGRESS * before or change > _FAR:
             return None
+        if error <= max(tolerances[0], tolerances[1] * change):
+            return values, vectors, errors
         before = error
     return None
 
@@ -140,24 +144,34 @@ def _rayleigh_ritz(problem: _Problem, vectors: Floats) -> tuple[Floats, Floats]:
     return values, times(vectors, scale[:, None] * modes)
 
 
-def _directions(problem: _Problem, values: Floats, vectors: Floats, count: int) -> Floats:
-    """Error of each wanted vector: the step that one more inverse iteration would make.
+def _errors(
+    problem: _Problem, values: Floats, vectors: Floats, reach: int
+) -> tuple[Floats, Floats]:
+    """Errors of the first vectors and values, from the step of one more inverse iteration.
 
-    Taken for some and interpolated. A component of a pair behind the last one moves by
-    the part (lambda_last - lambda) / (lambda_last + shift) at least.
+    The step s is taken for some pairs; the errors are interpolated. A component of a pair
+    behind the last one moves by the part m = (lambda_last - lambda) / (lambda_last + shift)
+    at least, so the vector errs by |s| / m, the value by s^T (stiffness - lambda mass) s / m^2.
     """
-    some = np.unique(np.linspace(0, count - 1, _SAMPLES).astype(int))
+    some = np.unique(np.linspace(0, reach - 1, _SAMPLES).astype(int))
     old = np.ascontiguousarray(vectors[:, some])
     steps = problem.inverse(old) * (values[some] + problem.shift) - old
-    length = np.sqrt(np.einsum("nk,nk->k", steps, problem.mass @ steps))
+    squares = np.einsum("nk,nk->k", steps, problem.mass @ steps)
+    energies = np.einsum("nk,nk->k", steps, problem.stiffness @ steps)
     moved = (values[-1] - values[some]) / (values[-1] + problem.shift)
-    floor = np.finfo(float).tiny
-    result: Floats = np.exp(np.interp(np.arange(count), some, np.log(length / moved + floor)))
-    return result
+    both = np.sqrt(squares) / moved, np.abs(energies - values[some] * squares) / moved**2
+    floor, every = np.finfo(float).tiny, np.arange(reach)
+    directions, errors = (np.exp(np.interp(every, some, np.log(e + floor))) for e in both)
+    return directions, errors
+
+
+def _reach(values: Floats, count: int) -> int:
+    """Half of the pairs behind the wanted ones serve to find a gap: those at the end are rough."""
+    return (count + len(values)) // 2
 
 
 def _widest_gap(values: Floats, count: int) -> float:
     """A value in the middle of the widest gap behind ``count`` eigenvalues, not at the end."""
-    gaps = np.diff(values[count - 1 : (count + len(values)) // 2 + 1])
+    gaps = np.diff(values[count - 1 : _reach(values, count)])
     below = count - 1 + int(np.argmax(gaps))
     return float(values[below] + values[below + 1]) / 2
