@@ -73,7 +73,8 @@ def eigenpairs(
         of bounds, A03 for a start on other nodes.
     SpectrumError
         S01 if eigenvalues stay missing, S02 if residuals or mass-orthonormality are off,
-        S05 if zero eigenvalues and components that carry a constant differ in number, S06 if the smallest eigenvalue is negative.
+        S05 if zero eigenvalues and components that carry a constant differ in number, S06
+        if the smallest eigenvalue is negative.
     RunError
         W08 if the work needs more memory than is free.
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..geometry import Floats
-from ._accuracy import SMALLEST_GAP, UNIT, signature_change, signature_error
-from ._factorization import Factorization, factorize, signed_factor
+from ._accuracy import SMALLEST_GAP, UNIT, signature, signature_error, times_resolved
+from ._factorization import Factorization, count_below, factorize, signed_factor
 from ._threads import RowPieces, each, gram, in_pieces, pieces, scattered, times
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 _DEGREE = 3  # of the filter: more would leave the columns nearly parallel
 _ROUNDS = 3
+_NEARLY = 8.0  # an error so many times too large needs one degree less
 _COLUMNS = 80  # vectors filtered by one thread, at least
 _SAMPLES = 40  # vectors whose error is estimated
 _FEWEST_MORE = 4  # pairs that the start must hold beyond the wanted ones
@@ -34,11 +35,6 @@ class _Problem:
     mass: RowPieces
     shift: float
     factor: Factorization
-
-    def count_below(self, value: float) -> int:
-        """Number of eigenvalues below a value, by inertia."""
-        matrix = self.stiffness.matrix - value * self.mass.matrix
-        return signed_factor(matrix, "NATURAL")[1]
 
     def inverse(self, vectors: Floats) -> Floats:
         """(stiffness + shift mass)^-1 mass vectors, on one thread."""
@@ -62,12 +58,11 @@ def warm(
     values, vectors = start
     if len(values) < count + _FEWEST_MORE:
         return None
-    problem = _shifted(stiffness, mass, max(values[count - 1] / 50, UNIT))
-    begun = vectors[problem.factor.order]
-    with ThreadPoolExecutor(1) as aside:
-        behind = _widest_gap(values, count)
-        counted = aside.submit(problem.count_below, behind)
-        found = _refined(problem, values, begun, count, tolerances)
+    behind = _widest_gap(values, count)
+    with ThreadPoolExecutor(1) as aside:  # beside the other factorization
+        counted = aside.submit(count_below, stiffness, mass, behind)
+        problem = _shifted(stiffness, mass, max(values[count - 1] / 50, UNIT))
+        found = _refined(problem, values, vectors, count, tolerances)
     if found is None:
         return None
     values, ordered, errors = found
@@ -86,20 +81,24 @@ def _refined(
     tolerances: tuple[float, float],
 ) -> tuple[Floats, Floats, Floats] | None:
     """Ritz pairs that are accurate enough, and the errors of their values; or None."""
-    begun, last, before = (values[:count], vectors[:, :count]), values[-1], 1.0
+    moments, last, before, degree = times_resolved(values[:count]), values[-1], 1.0, _DEGREE
+    begun = signature(values[:count], vectors[:, :count], moments)[problem.factor.order]
+    vectors = vectors[problem.factor.order]
     for _ in range(_ROUNDS):
         try:
-            values, vectors = _rayleigh_ritz(problem, _filter(problem, vectors, last))
+            values, vectors = _rayleigh_ritz(problem, _filter(problem, vectors, last, degree))
         except np.linalg.LinAlgError:  # the filter left the vectors parallel
             return None
         directions, errors = _errors(problem, values, vectors, _reach(values, count))
         error = signature_error(values[:count], directions[:count])
-        change = signature_change(begun, (values[:count], vectors[:, :count]))
+        now = signature(values[:count], vectors[:, :count], moments)
+        change = float((np.sqrt(((now - begun) ** 2).mean(axis=0)) / begun.mean(axis=0)).max())
         if error > _PROGRESS * before or change > _FAR:
             return None
-        if error <= max(tolerances[0], tolerances[1] * change):
+        enough = max(tolerances[0], tolerances[1] * change)
+        if error <= enough:
             return values, vectors, errors
-        before = error
+        before, degree = error, _DEGREE if error > _NEARLY * enough else _DEGREE - 1
     return None
 
 
@@ -110,7 +109,7 @@ def _shifted(stiffness: csr_array, mass: csr_array, shift: float) -> _Problem:
     return _Problem(in_pieces(stiffness), in_pieces(mass), shift, factor)
 
 
-def _filter(problem: _Problem, vectors: Floats, last: float) -> Floats:
+def _filter(problem: _Problem, vectors: Floats, last: float, degree: int) -> Floats:
     """Chebyshev's polynomial of the inverse, at most 1 for eigenvalues above ``last``."""
     edge = 1 / (last + problem.shift)
     result = np.empty_like(vectors)
@@ -120,7 +119,7 @@ def _filter(problem: _Problem, vectors: Floats, last: float) -> Floats:
         now = problem.inverse(before)
         now *= 2 / edge
         now -= before
-        for _ in range(_DEGREE - 1):  # T_(j+1)(x) = 2 x T_j(x) - T_(j-1)(x)
+        for _ in range(degree - 1):  # T_(j+1)(x) = 2 x T_j(x) - T_(j-1)(x)
             new = problem.inverse(now)
             new *= 4 / edge
             new -= 2 * now
