@@ -8,13 +8,20 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.stamp
+PEERS := .venv-peers
 
 # $(call install,[extra]): this package, editable, with its pinned dependencies
-install = { command -v uv >/dev/null 2>&1 \
-	  && uv pip install --quiet --python $(BIN)/python -c constraints.txt -e '.$(1)'; } \
-	|| $(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.$(1)'
+install = $(call install_into,$(BIN),$(1))
+install_into = { command -v uv >/dev/null 2>&1 \
+	  && uv pip install --quiet --python $(1)/python -c constraints.txt -e '.$(2)'; } \
+	|| $(1)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.$(2)'
 
-.PHONY: help demo test check docs bench clean distclean
+# $(call make_venv,folder)
+make_venv = { command -v uv >/dev/null 2>&1 \
+	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(1); } \
+	|| $(PYTHON) -m venv $(1)
+
+.PHONY: help demo test check docs bench bench-eigensolve clean distclean
 
 help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
@@ -22,7 +29,8 @@ help:
 	@echo 'make check      ruff (lint and format) and mypy --strict'
 	@echo 'make docs       build the documentation into docs/_build'
 	@echo 'make bench      run the benchmarks'
-	@echo 'make clean      remove what was built; make distclean removes $(VENV) too'
+	@echo 'make bench-eigensolve   the eigensolve beside other packages, which go into $(PEERS)'
+	@echo 'make clean      remove what was built; make distclean removes $(VENV) and $(PEERS) too'
 	@echo
 	@echo 'PYTHON=python3.12 chooses the interpreter (3.11 to 3.14); ARGS="-k house" goes to pytest.'
 
@@ -44,6 +52,9 @@ docs: $(STAMP)-docs
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
 
+bench-eigensolve: $(PEERS)/.stamp
+	$(PEERS)/bin/python benchmarks/eigensolvers.py $(ARGS)
+
 $(STAMP): pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null 2>&1 || { \
 	  echo 'isovary needs Python 3.11 to 3.14, but there is no $(PYTHON). Install one, or name it: make PYTHON=python3.12 ...' >&2; \
@@ -53,9 +64,7 @@ $(STAMP): pyproject.toml constraints.txt
 	  exit 1; }
 	@echo 'Setting up $(VENV); this takes a minute or two, once.'
 	@rm -f $(STAMP)*
-	@{ command -v uv >/dev/null 2>&1 \
-	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(VENV); } \
-	|| $(PYTHON) -m venv $(VENV) || { \
+	@$(call make_venv,$(VENV)) || { \
 	  echo 'The environment could not be made. On Debian or Ubuntu: apt-get install python3-venv' >&2; exit 1; }
 	@$(call install)
 	@touch $@
@@ -64,9 +73,16 @@ $(STAMP)-%: $(STAMP)
 	@$(call install,[$*])
 	@touch $@
 
+$(PEERS)/.stamp: pyproject.toml constraints.txt
+	@echo 'Setting up $(PEERS); this takes a minute or two, once.'
+	@rm -f $@
+	@$(call make_venv,$(PEERS))
+	@$(call install_into,$(PEERS)/bin,[peers])
+	@touch $@
+
 clean:
 	rm -rf build dist isovary-demo docs/_build .pytest_cache .mypy_cache .ruff_cache
 	find src tests benchmarks docs -name __pycache__ -type d -prune -exec rm -rf {} +
 
 distclean: clean
-	rm -rf $(VENV)
+	rm -rf $(VENV) $(PEERS)

@@ -31,7 +31,7 @@ def signature_error(values: Floats, directions: Floats) -> float:
     bounds the mean error over the surface, as if no two pairs cancelled.
     """
     # relative to the first pair's weight, which is 1 on a surface
-    weights = np.exp(-np.outer(times_resolved(values), values - values[0]))
+    weights = np.exp(-np.outer(times_resolved(values), values - values.min()))
     return float((2 * weights @ np.minimum(directions, 1.0) / weights.sum(axis=1)).max())
 
 
@@ -39,3 +39,14 @@ def signature(values: Floats, vectors: Floats, times: Floats) -> Floats:
     """Heat kernel signature (n, T) on several threads."""
     weights = np.exp(-np.outer(values, times))
     return np.concatenate(each(lambda rows: vectors[rows] ** 2 @ weights, pieces(len(vectors))))
+
+
+def first_gap(values: Floats, errors: Floats, count: int) -> int:
+    """Number of pairs before the first gap behind ``count`` of them; 0 if none is sure.
+
+    A gap is one if it is wider than rounding and than the errors of the values beside it.
+    """
+    gaps = np.diff(values[count - 1 :])
+    sure = gaps > 2 * (errors[count - 1 : -1] + errors[count:])
+    sure &= gaps > SMALLEST_GAP * max(values[-1], UNIT)
+    return count + int(np.argmax(sure)) if sure.any() else 0

@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import SpectrumError
 from ..geometry import Floats
-from ._accuracy import SMALLEST_GAP, UNIT, signature_error
+from ._accuracy import SMALLEST_GAP, UNIT, first_gap, signature_error
 from ._factorization import Factorization, factorize, signed_factor
 from ._threads import RowPieces, gram, in_pieces, minus, scattered, times
 
@@ -22,8 +22,9 @@ _SEED = 20130808
 _BLOCK, _WIDEST = 32, 256  # columns of the first and of the last start's block
 _FEWEST_IN_THE_MIDDLE = 32  # for fewer pairs a shift below the spectrum does
 _BELOW = 0.35, 0.55  # part of the wanted pairs that a shift in the middle leaves below
-_RANK_TOLERANCE, _WEAK = 1e-11, 1e-6  # relative: below, a direction is rounding; or partly so
-_CLEAR = 0.3  # part of a gap that the eigenvalues beside it may be uncertain by
+_RANK_TOLERANCE, _WEAK = 1e-11, 1e-4  # relative: below, a direction is rounding; or partly so
+_LEAST_SPACING = 1e-3 * UNIT  # where all the wanted eigenvalues are zero
+_UNEVEN = 1e-2  # ratio of a block's lengths below which it is orthonormalized twice
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +57,12 @@ class _Ritz:
         lengths: Floats = np.linalg.norm(self.missed, axis=0)
         return lengths
 
+    @property
+    def uncertain(self) -> Floats:
+        """Bound of the eigenvalues' errors."""
+        result: Floats = self.residuals / self.ritz**2
+        return result
+
 
 def lanczos(
     stiffness: csr_array, mass: csr_array, count: int, tolerance: float
@@ -72,7 +79,7 @@ def lanczos(
     Raises
     ------
     SpectrumError
-        S01 if copies stay missing, S02 if the vectors do not suffice.
+        S01 if copies stay missing, or the vectors do not suffice.
     """
     operator = _middle(stiffness, mass, count)
     width = _BLOCK
@@ -84,9 +91,9 @@ def lanczos(
         width *= 2
     raise SpectrumError(
         "S01",
-        f"eigenvalues: expected {count} that an inertia count confirms, got copies of repeated "
-        f"ones missing with blocks of up to {_WIDEST} vectors; ask for another number of pairs, "
-        "or compare fewer equal components at a time",
+        f"eigenvalues: expected {count} that are accurate and that an inertia count confirms, got "
+        f"some missing with blocks of up to {_WIDEST} vectors; ask for another number of pairs, or "
+        "compare fewer equal components at a time",
     )
 
 
@@ -113,7 +120,7 @@ def _middle(stiffness: csr_array, mass: csr_array, count: int) -> _Operator:
 def _grow(
     operator: _Operator, count: int, width: int, tolerance: float
 ) -> tuple[Floats, Floats] | None:
-    """Lanczos vectors until the pairs are accurate and counted; None if copies stay missing.
+    """Lanczos vectors until the pairs are accurate and counted; None if that does not come.
 
     The count runs aside as soon as there is a gap to count at: on one core, while the
     other goes on with the vectors.
@@ -127,28 +134,28 @@ def _grow(
         for used, basis, projected, remainder in _krylov(operator, width, limit):
             if used < check_at and used + width <= limit:
                 continue
-            pairs = _ritz(operator, projected, remainder, count + extra)
-            error = signature_error(pairs.values[:count], _directions(operator, pairs, count))
+            pairs = _ritz(operator, projected, remainder, min(count + extra, used))
+            last = first_gap(pairs.values, pairs.uncertain, count)
+            directions = _directions(operator, pairs, last or count)
+            error = signature_error(pairs.values[: len(directions)], directions)
             checks.append((used, error))
             check_at = _next_check(checks, tolerance, width)
-            whole, behind = _gap(pairs, count)
-            if counted is None and behind is not None:
+            if not last:
+                if pairs.uncertain[count - 1 :].max() < SMALLEST_GAP * max(pairs.values[-1], UNIT):
+                    extra *= 4  # the last multiplet ends behind the pairs looked at
+                continue
+            below, above = pairs.values[last - 1 : last + 1]
+            if counted is None or not below < counted[0] < above:
+                behind = float(below + above) / 2
                 counted = behind, aside.submit(operator.count_below, behind)
-            if error > tolerance:
+            if not error <= tolerance:
                 continue
-            if counted is None:  # a multiplet that ends behind the pairs looked at
-                extra *= 4
-                continue
-            if counted[1].result() == (pairs.values < counted[0]).sum():
-                return pairs.values[:whole], times(basis, _purged(pairs, whole))
+            if counted[1].result() == last:
+                return pairs.values[:last], times(basis, _purged(pairs, last))
             miscounts += 1
             if miscounts == 2:
-                return None
-    raise SpectrumError(
-        "S02",
-        f"Lanczos: expected a signature right to {tolerance:g} within {limit} vectors; use a "
-        "finer mesh or fewer pairs",
-    )
+                break
+    return None
 
 
 def _krylov(
@@ -196,13 +203,16 @@ def _ritz(operator: _Operator, projected: Floats, remainder: Floats, count: int)
     chosen = np.r_[below - 1 : -1 : -1, size - 1 : size - 1 - (count - below) : -1]
     ritz, modes = ritz[chosen], modes[:, chosen]
     missed = remainder @ modes[-len(remainder) :]
+    least = _RANK_TOLERANCE * np.abs(ritz).max()  # far from converged: any large value will do
+    ritz = np.where(np.abs(ritz) < least, least, ritz)
     return _Ritz(operator.shift + 1 / ritz, ritz, modes, missed)
 
 
 def _directions(operator: _Operator, pairs: _Ritz, count: int) -> Floats:
     """Error of each wanted eigenvector: its residual over the gap to the pairs left out."""
     outside = pairs.values[count]
-    gaps = np.maximum(outside - pairs.values, outside / count) / (outside - operator.shift)
+    spacing = max(outside / count, _LEAST_SPACING)
+    gaps = np.maximum(outside - pairs.values, spacing) / (outside - operator.shift)
     errors: Floats = pairs.residuals / np.abs(pairs.ritz) / np.minimum(gaps, 1.0)
     return errors[:count]
 
@@ -217,22 +227,6 @@ def _purged(pairs: _Ritz, count: int) -> Floats:
     squares, modes = np.linalg.eigh(columns.T @ columns)
     result: Floats = columns @ (modes / np.sqrt(squares)) @ modes.T
     return result
-
-
-def _gap(pairs: _Ritz, count: int) -> tuple[int, float | None]:
-    """How many pairs complete the last multiplet, and a shift in a gap behind them.
-
-    There is none while the errors of the eigenvalues beside it leave no gap clear.
-    """
-    values, uncertain = pairs.values, pairs.residuals / pairs.ritz**2
-    gaps = np.diff(values[count - 1 :])
-    errors = np.maximum(uncertain[count - 1 : -1], uncertain[count:])
-    open_gaps = gaps > SMALLEST_GAP * max(values[-1], UNIT)
-    clear = open_gaps & (errors < _CLEAR * gaps)
-    if not clear.any():
-        return count, None
-    last = count + int(np.argmax(clear))
-    return count + int(np.argmax(open_gaps)), float(values[last - 1] + values[last]) / 2
 
 
 def _append(block: Floats, basis: Floats, mass: RowPieces) -> tuple[Floats, Floats]:
@@ -254,14 +248,15 @@ def _append(block: Floats, basis: Floats, mass: RowPieces) -> tuple[Floats, Floa
     length = np.sqrt(np.maximum(square, 0.0))
     kept = length > _RANK_TOLERANCE * scale
     inverse, remainder = directions / np.where(kept, length, 1.0), length[:, None] * directions.T
-    if length.min() < _WEAK * scale:
-        block = times(block, inverse)
-        rng = np.random.default_rng(_SEED + basis.shape[1])
-        block[:, ~kept] = rng.standard_normal((len(block), int((~kept).sum())))
-        remainder[~kept] = 0.0
-        for _ in range(2):
-            block = minus(block, basis, gram(basis, mass @ block))
-        image = mass @ block
+    if length.min() < _UNEVEN * length.max():  # the square of that is lost: orthonormalize again
+        block, image = times(block, inverse), times(image, inverse)
+        if length.min() < _WEAK * scale:
+            rng = np.random.default_rng(_SEED + basis.shape[1])
+            block[:, ~kept] = rng.standard_normal((len(block), int((~kept).sum())))
+            remainder[~kept] = 0.0
+            for _ in range(2):
+                block = minus(block, basis, gram(basis, mass @ block))
+            image = mass @ block
         lower = np.linalg.cholesky(gram(block, image))
         inverse, remainder = np.linalg.inv(lower).T, lower.T @ remainder
     times(block, inverse, out=target)

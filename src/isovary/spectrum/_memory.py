@@ -6,17 +6,18 @@ import numpy as np
 
 from ..errors import RunError
 
-_VECTORS = 2.9  # Lanczos vectors a pair, with the results beside them
+_VECTORS = 5.0  # Lanczos vectors a pair, and two copies of the result
 _BLOCKS = 12 * 32  # vectors that the blocks at work add
+_SQUARES = 75  # times count^2: the projected matrix and its eigenvectors
 _FILL = 3.0  # factor entries per unknown and log2(unknowns), for a triangle mesh's 7 a row
 _BYTES = 85  # a factor entry: SuperLU's two factors, their copies, the panels
 
 
 def predicted_memory(size: int, entries: int, count: int) -> float:
     """Bytes that ``count`` pairs of ``size`` unknowns with so many matrix entries will need."""
-    vectors = 8.0 * size * (_VECTORS * count + _BLOCKS)
+    vectors = size * (_VECTORS * count + _BLOCKS) + _SQUARES * count**2
     factor = _FILL * size * np.log2(size) * (entries / (7 * size)) * _BYTES
-    return float(vectors + factor)
+    return float(8 * vectors + factor)
 
 
 def check_memory(size: int, entries: int, count: int) -> None:

@@ -39,6 +39,7 @@ def drop_cut_multiplet(pairs: Eigenpairs) -> Eigenpairs:
 
     >>> from isovary.laplacian import fem
     >>> from isovary.shapes import icosphere
+    >>> from isovary.spectrum import eigenpairs
     >>> len(drop_cut_multiplet(eigenpairs(fem(icosphere(3)), 40)).values)
     36
     """

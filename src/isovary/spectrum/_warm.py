@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..geometry import Floats
-from ._accuracy import SMALLEST_GAP, UNIT, signature, signature_error, times_resolved
+from ._accuracy import UNIT, signature, signature_error, times_resolved
 from ._factorization import Factorization, count_below, factorize, signed_factor
 from ._threads import RowPieces, each, gram, in_pieces, pieces, scattered, times
 
@@ -22,6 +22,7 @@ _NEARLY = 8.0  # an error so many times too large needs one degree less
 _COLUMNS = 80  # vectors filtered by one thread, at least
 _SAMPLES = 40  # vectors whose error is estimated
 _FEWEST_MORE = 4  # pairs that the start must hold beyond the wanted ones
+_WIDE = UNIT / 2  # a gap behind which to count
 _SAFETY = 3.0  # the eigenvalues' errors are known to that factor
 _FAR = 0.3  # a signature that changes by more has another shape
 _PROGRESS = 0.3  # a round that leaves more than this part of the error is too slow
@@ -58,17 +59,18 @@ def warm(
     values, vectors = start
     if len(values) < count + _FEWEST_MORE:
         return None
-    behind = _widest_gap(values, count)
+    behind = _clear_gap(values, count)
+    whole = int((values < behind).sum())
     with ThreadPoolExecutor(1) as aside:  # beside the other factorization
         counted = aside.submit(count_below, stiffness, mass, behind)
-        problem = _shifted(stiffness, mass, max(values[count - 1] / 50, UNIT))
-        found = _refined(problem, values, vectors, count, tolerances)
+        problem = _shifted(stiffness, mass, max(values[count - 1] / 12, UNIT))
+        found = _refined(problem, values, vectors, whole, tolerances)
     if found is None:
         return None
     values, ordered, errors = found
-    whole = count + int(np.argmax(np.diff(values[count - 1 :]) > SMALLEST_GAP * values[-1]))
-    certain = (np.abs(values[: len(errors)] - behind) > _SAFETY * errors).all()
-    if not (certain and whole <= (values < behind).sum() == counted.result()):
+    near = values[: len(errors)]
+    sure = (np.abs(near - behind) > _SAFETY * errors).all()
+    if not (sure and whole == (near < behind).sum() == counted.result()):
         return None
     return values[:whole], scattered(ordered[:, :whole], problem.factor.order)
 
@@ -169,8 +171,8 @@ def _reach(values: Floats, count: int) -> int:
     return (count + len(values)) // 2
 
 
-def _widest_gap(values: Floats, count: int) -> float:
-    """A value in the middle of the widest gap behind ``count`` eigenvalues, not at the end."""
+def _clear_gap(values: Floats, count: int) -> float:
+    """The middle of the first wide gap behind ``count`` eigenvalues, or else of the widest."""
     gaps = np.diff(values[count - 1 : _reach(values, count)])
-    below = count - 1 + int(np.argmax(gaps))
+    below = count - 1 + int(np.argmax(gaps > _WIDE) if gaps.max() > _WIDE else np.argmax(gaps))
     return float(values[below] + values[below + 1]) / 2
