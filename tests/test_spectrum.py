@@ -156,15 +156,16 @@ def test_a_start_that_is_too_far_away_is_not_used():
 
 def test_a_pair_lost_from_a_start_is_noticed(monkeypatch):
     """Oracle: algebra. A warm solver that loses a pair is caught, and the cold one takes over."""
-    honest = _warm._rayleigh_ritz
+    honest = _warm._refined
 
-    def forgetful(problem, vectors):
-        values, vectors = honest(problem, vectors)
-        return np.delete(values, 7), np.delete(vectors, 7, axis=1)
+    def forgetful(*arguments):
+        values, vectors, errors = honest(*arguments)
+        return np.delete(values, 7), np.delete(vectors, 7, axis=1), np.delete(errors, 7)
 
-    base = iv.eigenpairs(dimpled(3, 0.10), 60)
-    monkeypatch.setattr(_warm, "_rayleigh_ritz", forgetful)
-    found = iv.eigenpairs(dimpled(3, 0.11), 50, start=base)
+    base, deeper = iv.eigenpairs(dimpled(3, 0.10), 120), dimpled(3, 0.11)
+    assert iv.eigenpairs(deeper, 100, start=base).solver == "from start"
+    monkeypatch.setattr(_warm, "_refined", forgetful)
+    found = iv.eigenpairs(deeper, 100, start=base)
     assert found.solver == "Lanczos (start too far away)"
 
 

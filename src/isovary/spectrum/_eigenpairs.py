@@ -108,10 +108,12 @@ def eigenpairs(
             stiffness, mass, count, start, (tolerance, tolerance_of_change)
         )
         values, residuals = _checked(stiffness, mass, values, vectors)
-    order = np.argsort(values, kind="stable")  # rounding may turn two copies round
-    values, residuals = _clamp(values[order]), residuals[order]
+    order = np.argsort(values, kind="stable")
+    if (np.diff(order) < 0).any():  # rounding turned two copies round
+        values, vectors, residuals = values[order], vectors[:, order], residuals[order]
+    values = _clamp(values)
     _check_zeros(stiffness, values)
-    return Eigenpairs(values / area, vectors[:, order] / np.sqrt(area), residuals, area, solver)
+    return Eigenpairs(values / area, vectors / np.sqrt(area), residuals, area, solver)
 
 
 def _check(
@@ -157,8 +159,7 @@ def _solve(
         return "dense", _dense(stiffness, mass, count)
     if start is None:
         return "Lanczos", lanczos(stiffness, mass, count, tolerances[0])
-    begun = start.values * start.area, start.vectors * np.sqrt(start.area)
-    found = warm(stiffness, mass, begun, count, tolerances)
+    found = warm(stiffness, mass, start, count, tolerances)
     if found is None:
         return "Lanczos (start too far away)", lanczos(stiffness, mass, count, tolerances[0])
     return "from start", found

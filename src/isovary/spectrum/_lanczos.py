@@ -22,6 +22,7 @@ _SEED = 20130808
 _BLOCK, _WIDEST = 32, 256  # columns of the first and of the last start's block
 _FEWEST_IN_THE_MIDDLE = 32  # for fewer pairs a shift below the spectrum does
 _BELOW = 0.35, 0.55  # part of the wanted pairs that a shift in the middle leaves below
+_BLIND = 3  # blocks between two checks, at most
 _RANK_TOLERANCE, _WEAK = 1e-11, 1e-4  # relative: below, a direction is rounding; or partly so
 _LEAST_SPACING = 1e-3 * UNIT  # where all the wanted eigenvalues are zero
 _UNEVEN = 1e-2  # ratio of a block's lengths below which it is orthonormalized twice
@@ -86,8 +87,7 @@ def lanczos(
     while width <= min(_WIDEST, mass.shape[0] // 2):
         found = _grow(operator, count, width, tolerance)
         if found is not None:
-            values, ordered = found
-            return values, scattered(ordered, operator.factor.order)
+            return found
         width *= 2
     raise SpectrumError(
         "S01",
@@ -151,7 +151,8 @@ def _grow(
             if not error <= tolerance:
                 continue
             if counted[1].result() == last:
-                return pairs.values[:last], times(basis, _purged(pairs, last))
+                vectors = scattered(basis, operator.factor.order, _purged(pairs, last))
+                return pairs.values[:last], vectors
             miscounts += 1
             if miscounts == 2:
                 break
@@ -193,7 +194,7 @@ def _next_check(checks: list[tuple[int, float]], tolerance: float, width: int) -
     if len(checks) > 1 and tolerance < error < checks[-2][1]:
         earlier, worse = checks[-2]
         ahead = int((used - earlier) * np.log(error / tolerance) / np.log(worse / error))
-    return used + max(ahead // width, 1) * width
+    return used + min(max(ahead // width, 1), _BLIND) * width
 
 
 def _ritz(operator: _Operator, projected: Floats, remainder: Floats, count: int) -> _Ritz:

@@ -59,6 +59,34 @@ def gram(left: Floats, right: Floats) -> Floats:
     return total.T
 
 
+def projections(tall: Floats, *matrices: RowPieces) -> list[Floats]:
+    """tall^T A tall for symmetric matrices A, of which three quarters are computed."""
+    half = tall.shape[1] // 2
+
+    def work(item: tuple[slice, tuple[csr_array, ...]]) -> Floats:
+        here = tall[item[0]]
+        results = np.zeros((len(matrices), tall.shape[1], tall.shape[1]))
+        for result, part in zip(results, item[1], strict=True):
+            image = part @ tall
+            result[:, half:] = here.T @ image[:, half:]
+            result[:half, :half] = here[:, :half].T @ image[:, :half]
+        return results
+
+    parts = zip(*(matrix.parts for matrix in matrices), strict=True)
+    total = np.sum(each(work, list(zip(pieces(len(tall)), parts, strict=True))), axis=0)
+    total[:, half:, :half] = total[:, :half, half:].transpose(0, 2, 1)
+    return list(total)
+
+
+def rotate(tall: Floats, small: Floats) -> None:
+    """Put tall (n, a) times small (a, a) in the place of tall."""
+
+    def work(rows: slice) -> None:
+        tall[rows] = tall[rows] @ small
+
+    each(work, pieces(len(tall)))
+
+
 def times(tall: Floats, small: Floats, out: Floats | None = None) -> Floats:
     """Tall (n, a) times small (a, b), in the memory order of ``tall`` or of ``out``."""
     by_column = tall.strides[0] < tall.strides[-1]
@@ -108,12 +136,13 @@ def in_pieces(matrix: csr_array) -> RowPieces:
     return RowPieces(matrix, tuple(matrix[rows] for rows in pieces(matrix.shape[0])))
 
 
-def scattered(ordered: Floats, order: Ints) -> Floats:
-    """The rows of ``ordered`` put back to the places ``order``, C-contiguous."""
-    result = np.empty(ordered.shape)
+def scattered(ordered: Floats, order: Ints, small: Floats | None = None) -> Floats:
+    """The rows of ``ordered``, or of its product with ``small``, put back to places ``order``."""
+    result = np.empty((len(ordered), (ordered if small is None else small).shape[1]))
 
     def work(rows: slice) -> None:
-        result[order[rows]] = np.ascontiguousarray(ordered[rows])
+        part = ordered[rows]
+        result[order[rows]] = part if small is None else (small.T @ part.T).T
 
     each(work, pieces(len(ordered)))
     return result

@@ -9,20 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..geometry import Floats
+from ..records import Eigenpairs
 from ._accuracy import UNIT, signature, signature_error, times_resolved
 from ._factorization import Factorization, count_below, factorize, signed_factor
-from ._threads import RowPieces, each, gram, in_pieces, pieces, scattered, times
+from ._threads import RowPieces, each, in_pieces, pieces, projections, rotate, scattered
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _DEGREE = 3  # of the filter: more would leave the columns nearly parallel
+_ROUGH = 1e-2  # tolerance of the change for which one degree less is enough
 _ROUNDS = 3
 _NEARLY = 8.0  # an error so many times too large needs one degree less
 _COLUMNS = 80  # vectors filtered by one thread, at least
 _SAMPLES = 40  # vectors whose error is estimated
 _FEWEST_MORE = 4  # pairs that the start must hold beyond the wanted ones
-_WIDE = UNIT / 2  # a gap behind which to count
+_WIDE = UNIT / 5  # a gap behind which to count
+_AROUND = 16  # pairs before it that are looked at to find it
 _SAFETY = 3.0  # the eigenvalues' errors are known to that factor
 _FAR = 0.3  # a signature that changes by more has another shape
 _PROGRESS = 0.3  # a round that leaves more than this part of the error is too slow
@@ -45,7 +48,7 @@ class _Problem:
 def warm(
     stiffness: csr_array,
     mass: csr_array,
-    start: tuple[Floats, Floats],
+    start: Eigenpairs,
     count: int,
     tolerances: tuple[float, float],
 ) -> tuple[Floats, Floats] | None:
@@ -56,15 +59,14 @@ def warm(
     last one, then rotated to Ritz vectors, until the error of the heat kernel signature
     is below the first of ``tolerances``, or below the second times its change since the start.
     """
-    values, vectors = start
+    values, vectors = start.values * start.area, start.vectors
     if len(values) < count + _FEWEST_MORE:
         return None
-    behind = _clear_gap(values, count)
-    whole = int((values < behind).sum())
+    whole, behind = _clear_gap(_moved(stiffness, mass, values, vectors, count), count)
     with ThreadPoolExecutor(1) as aside:  # beside the other factorization
         counted = aside.submit(count_below, stiffness, mass, behind)
         problem = _shifted(stiffness, mass, max(values[count - 1] / 12, UNIT))
-        found = _refined(problem, values, vectors, whole, tolerances)
+        found = _refined(problem, start, whole, tolerances)
     if found is None:
         return None
     values, ordered, errors = found
@@ -76,19 +78,17 @@ def warm(
 
 
 def _refined(
-    problem: _Problem,
-    values: Floats,
-    vectors: Floats,
-    count: int,
-    tolerances: tuple[float, float],
+    problem: _Problem, start: Eigenpairs, count: int, tolerances: tuple[float, float]
 ) -> tuple[Floats, Floats, Floats] | None:
     """Ritz pairs that are accurate enough, and the errors of their values; or None."""
-    moments, last, before, degree = times_resolved(values[:count]), values[-1], 1.0, _DEGREE
-    begun = signature(values[:count], vectors[:, :count], moments)[problem.factor.order]
-    vectors = vectors[problem.factor.order]
+    values, vectors = start.values * start.area, start.vectors[problem.factor.order]
+    moments, last, before = times_resolved(values[:count]), values[-1], 1.0
+    begun = start.area * signature(values[:count], vectors[:, :count], moments)
+    degree = _DEGREE - (tolerances[1] >= _ROUGH)
     for _ in range(_ROUNDS):
         try:
-            values, vectors = _rayleigh_ritz(problem, _filter(problem, vectors, last, degree))
+            _filter(problem, vectors, last, degree)
+            values = _rayleigh_ritz(problem, vectors)
         except np.linalg.LinAlgError:  # the filter left the vectors parallel
             return None
         directions, errors = _errors(problem, values, vectors, _reach(values, count))
@@ -111,10 +111,9 @@ def _shifted(stiffness: csr_array, mass: csr_array, shift: float) -> _Problem:
     return _Problem(in_pieces(stiffness), in_pieces(mass), shift, factor)
 
 
-def _filter(problem: _Problem, vectors: Floats, last: float, degree: int) -> Floats:
-    """Chebyshev's polynomial of the inverse, at most 1 for eigenvalues above ``last``."""
+def _filter(problem: _Problem, vectors: Floats, last: float, degree: int) -> None:
+    """Put Chebyshev's polynomial of the inverse, small above ``last``, times vectors in place."""
     edge = 1 / (last + problem.shift)
-    result = np.empty_like(vectors)
 
     def work(columns: slice) -> None:
         before = np.ascontiguousarray(vectors[:, columns])
@@ -124,25 +123,29 @@ def _filter(problem: _Problem, vectors: Floats, last: float, degree: int) -> Flo
         for _ in range(degree - 1):  # T_(j+1)(x) = 2 x T_j(x) - T_(j-1)(x)
             new = problem.inverse(now)
             new *= 4 / edge
-            new -= 2 * now
+            new -= now
+            new -= now
             new -= before
             before, now = now, new
-        result[:, columns] = now
+        vectors[:, columns] = now
 
     each(work, pieces(vectors.shape[1], _COLUMNS))
-    return result
 
 
-def _rayleigh_ritz(problem: _Problem, vectors: Floats) -> tuple[Floats, Floats]:
-    """The best pairs in the span of vectors, which are scaled first: the filter spreads them."""
+def _rayleigh_ritz(problem: _Problem, vectors: Floats) -> Floats:
+    """Put the best pairs in the span of vectors in their place; the result is their values.
+
+    They are scaled first: the filter spreads their lengths.
+    """
     from scipy.linalg import eigh
 
-    image = problem.mass @ vectors
-    scale = 1 / np.sqrt(np.einsum("nk,nk->k", vectors, image))
+    stiffness, mass = projections(vectors, problem.stiffness, problem.mass)
+    scale = 1 / np.sqrt(mass.diagonal())
     both = np.outer(scale, scale)
-    stiffness, mass = gram(vectors, problem.stiffness @ vectors) * both, gram(vectors, image) * both
-    values, modes = eigh(stiffness, mass)
-    return values, times(vectors, scale[:, None] * modes)
+    values, modes = eigh(stiffness * both, mass * both)
+    rotate(vectors, scale[:, None] * modes)
+    result: Floats = values
+    return result
 
 
 def _errors(
@@ -171,8 +174,21 @@ def _reach(values: Floats, count: int) -> int:
     return (count + len(values)) // 2
 
 
-def _clear_gap(values: Floats, count: int) -> float:
-    """The middle of the first wide gap behind ``count`` eigenvalues, or else of the widest."""
+def _moved(
+    stiffness: csr_array, mass: csr_array, values: Floats, vectors: Floats, count: int
+) -> Floats:
+    """The start's eigenvalues, those around the last wanted one moved to the new problem."""
+    from scipy.linalg import eigh
+
+    around = slice(max(count - _AROUND, 0), None)
+    some = np.ascontiguousarray(vectors[:, around])
+    there = eigh(some.T @ (stiffness @ some), some.T @ (mass @ some), eigvals_only=True)
+    return np.concatenate([values[: around.start], there])
+
+
+def _clear_gap(values: Floats, count: int) -> tuple[int, float]:
+    """Pairs before the first wide gap behind ``count`` of them, or the widest; and its middle."""
     gaps = np.diff(values[count - 1 : _reach(values, count)])
-    below = count - 1 + int(np.argmax(gaps > _WIDE) if gaps.max() > _WIDE else np.argmax(gaps))
-    return float(values[below] + values[below + 1]) / 2
+    first = int(np.argmax(gaps > _WIDE) if gaps.max() > _WIDE else np.argmax(gaps))
+    below = count + first
+    return below, float(values[below - 1] + values[below]) / 2
