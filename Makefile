@@ -54,6 +54,8 @@ bench: $(STAMP)
 
 bench-eigensolve: $(PEERS)/.stamp
 	$(PEERS)/bin/python benchmarks/eigensolvers.py $(ARGS)
+	$(PEERS)/bin/python benchmarks/completeness.py
+	$(PEERS)/bin/python benchmarks/answer.py
 
 $(STAMP): pyproject.toml constraints.txt
 	@command -v $(PYTHON) >/dev/null 2>&1 || { \

@@ -19,6 +19,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
+from pathlib import Path
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss
@@ -27,6 +28,7 @@ import isovary as iv
 from isovary.geometry import Floats
 from isovary.spectrum._threads import one_blas_thread
 
+PAGE = Path(__file__).parents[1] / "docs" / "answer.md"
 WIDTH = 0.3
 PAIRS, ASKED, START = 289, 300, 330
 WANTED = 0.05, 0.01
@@ -359,7 +361,7 @@ def report(vertices: Sequence[int] = VERTICES, samples: Sequence[int] = SAMPLES)
     deep = measure(DEEP, vertices, ())
     peer = "isovary's, as LaPy is not installed" if find_spec("lapy") is None else "LaPy's"
     lines = [
-        "## What an accurate answer costs",
+        "# What an accurate answer costs",
         "",
         (__doc__ or "").split("\n\n", 1)[1].replace("\n", " ").strip()
         + f" The linear elements of the independent meshes are {peer}.",
@@ -382,7 +384,8 @@ def report(vertices: Sequence[int] = VERTICES, samples: Sequence[int] = SAMPLES)
 
 
 def main() -> None:
-    print(report())
+    PAGE.write_text(report(), encoding="utf-8")
+    print(f"wrote {PAGE}")
 
 
 if __name__ == "__main__":

@@ -20,6 +20,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 from unittest.mock import patch
 
@@ -34,6 +35,7 @@ from isovary.spectrum._threads import one_blas_thread
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+PAGE = Path(__file__).parents[1] / "docs" / "completeness.md"
 SOLVES, PLANTED, STARTS = 1000, 100, 40
 PLANTED_IN, MOST_PLANTED = 1000, 60  # nodes at least, as isovary itself has it; pairs at most
 SMALL, BLOCK, NARROW = 600, 8, 4  # below so many nodes blocks of 8: 32 leave no room to iterate
@@ -279,7 +281,7 @@ def report(solves: int = SOLVES, planted: int = PLANTED) -> str:
             lines.append(row(task.name, f"{task.size:,}", f"{FEWEST} to {task.most}", found))
     lost = planted_losses([task for task in tasks if task.size > PLANTED_IN], planted)
     lines = [
-        "## Completeness of the spectrum",
+        "# Completeness of the spectrum",
         "",
         (__doc__ or "").split("\n\n", 1)[1].replace("\n", " ").strip(),
         "",
@@ -306,7 +308,8 @@ def words(outcomes: Counter[str]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("--solves", type=int, default=SOLVES)
-    print(report(parser.parse_args().solves))
+    PAGE.write_text(report(parser.parse_args().solves), encoding="utf-8")
+    print(f"wrote {PAGE}")
 
 
 if __name__ == "__main__":

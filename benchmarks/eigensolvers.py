@@ -18,7 +18,8 @@ any node and any of 100 times, relative to the mean over the surface. Both leave
 pairs where 300 cuts a repeated eigenvalue. (isovary's tolerance is for the error's mean over the
 surface.) "From start" solves the perturbed surface, carried from the base, from 330 pairs of the
 base; it needs to be exact only relative to the change (the number is its `tolerance_of_change`),
-so its HKS error, marked with a star, is the largest error over the largest change. The peers solve the base all the same.
+so its HKS error, marked with a star, is the largest error over the largest change. The peers solve
+the base all the same.
 """
 
 from __future__ import annotations
