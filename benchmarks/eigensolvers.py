@@ -171,7 +171,7 @@ class Solver:
 
 
 SOLVERS = {
-    "isovary": Solver(isovary_at(1e-8)),
+    "isovary, tolerance 1e-8": Solver(isovary_at(1e-8)),
     "isovary, tolerance 1e-5": Solver(isovary_at(1e-5)),
     "isovary, from start, 2e-2": Solver(isovary_from_start(2e-2), carried=True),
     "isovary, from start, 2e-3": Solver(isovary_from_start(2e-3), carried=True),

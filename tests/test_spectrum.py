@@ -220,6 +220,21 @@ def test_many_equal_components():
     np.testing.assert_allclose(pairs.values[30:], iv.eigenpairs(one, 4).values[1], rtol=1e-9)
 
 
+@pytest.mark.parametrize("bond", [0.0, 1.0])  # with zeros, and without: K + M
+def test_copies_missing_below_the_shift_are_noticed(bond):
+    """Oracle: LAPACK. 39 equal small spheres beside a large one: more copies than columns."""
+    small, large = iv.icosphere(1, order=1), iv.fem(iv.icosphere(3, order=1))
+    one = iv.fem(iv.Surface(0.3 * small.points, small.triangles))
+    stiffness, mass = (
+        csr_array(block_diag([a] + [b] * 39))
+        for a, b in ((large.stiffness, one.stiffness), (large.mass, one.mass))
+    )
+    stiffness = csr_array(stiffness + bond * mass)
+    found = iv.eigenpairs(iv.Laplacian(stiffness, mass), 120).values
+    exact = eigvalsh(stiffness.toarray(), mass.toarray())[: len(found)]
+    np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-8)
+
+
 def test_as_many_components_as_pairs():
     """Oracle: analytic. 100 equal icosahedra have 100 zeros."""
     one = iv.fem(iv.icosphere(0, order=1))
@@ -287,6 +302,20 @@ def test_a_start_on_other_nodes_is_refused():
         iv.eigenpairs(iv.fem(iv.icosphere(2)), 10, start=start)
 
 
+def test_what_is_not_finite_is_refused():
+    """Oracle: faults.md A02."""
+    laplacian = iv.fem(iv.icosphere(1))
+    broken = laplacian.stiffness.copy()
+    broken.data[3] = np.nan
+    with pytest.raises(iv.ArgumentError, match="A02"):
+        iv.eigenpairs(iv.Laplacian(broken, laplacian.mass), 10)
+    start = iv.eigenpairs(laplacian, 10)
+    vectors = np.where(start.vectors > 0, np.nan, start.vectors)
+    begun = iv.Eigenpairs(start.values, vectors, start.residuals, start.area)
+    with pytest.raises(iv.ArgumentError, match="A02"):
+        iv.eigenpairs(laplacian, 10, start=begun)
+
+
 def test_a_stiffness_with_negative_eigenvalues_is_refused():
     """Oracle: faults.md S06."""
     laplacian = iv.fem(iv.icosphere(1))
@@ -306,6 +335,24 @@ def symmetric_matrices(draw):
     diagonal = 1 + np.abs(matrix).sum(axis=1)
     signs = rng.choice([-1.0, 1.0], size) if draw(st.booleans()) else np.ones(size)
     return csr_array(matrix + diags_array(diagonal * signs))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_panels_solve_where_entries_cancel(seed):
+    """Oracle: algebra. Whole numbers cancel exactly, and SuperLU leaves such entries out of L."""
+    rng = np.random.default_rng(seed)
+    half = np.tril(rng.random((60, 60)) < 0.06, -1).astype(float)
+    matrix = csr_array(half + half.T + np.diag(rng.integers(1, 4, 60)))
+    if np.linalg.cond(matrix.toarray()) > 1e4:
+        pytest.skip("nearly singular")
+    try:
+        factor = factorize(signed_factor(matrix)[0])
+    except iv.SpectrumError:
+        pytest.skip("a zero pivot")
+    right = rng.standard_normal((60, 3))
+    solution = np.empty_like(right)
+    solution[factor.order] = factor.solve(right[factor.order])
+    np.testing.assert_allclose(matrix @ solution, right, atol=1e-8)
 
 
 @settings(max_examples=60, deadline=None)

@@ -48,7 +48,7 @@ def eigenpairs(
     laplacian : Laplacian
     count : int
         Number of pairs, the constant included. If it cuts a repeated eigenvalue, the
-        other copies are added.
+        other copies are added; there may be a few more where neighbours nearly coincide.
     start : Eigenpairs, optional
         Pairs of a similar Laplacian on the same nodes, such as those of the base for a
         carried surface, 10 % more than ``count`` (:func:`with_spare`). If they are too
@@ -70,7 +70,7 @@ def eigenpairs(
     ------
     ArgumentError
         M09 if the laplacian has fewer than count + 2 unknowns, A02 for a tolerance out
-        of bounds, A03 for a start on other nodes.
+        of bounds or what is not finite, A03 for a start on other nodes.
     SpectrumError
         S01 if eigenvalues stay missing, S02 if residuals or mass-orthonormality are off,
         S05 if zero eigenvalues and components that carry a constant differ in number, S06
@@ -138,6 +138,15 @@ def _check(
             raise ArgumentError(
                 "A02", f"{name}: expected {_SMALLEST_TOLERANCE:g} to {most:g}, got {value:g}"
             )
+    finite = all(np.isfinite(m.data).all() for m in (laplacian.stiffness, laplacian.mass))
+    if not (finite and laplacian.area > 0):
+        raise ArgumentError(
+            "A02",
+            "laplacian: expected finite matrices and an area above 0, got others; the mesh may "
+            "hold degenerate triangles",
+        )
+    if start is not None and not np.isfinite(start.vectors).all():
+        raise ArgumentError("A02", "start: expected finite eigenvectors, got NaN or infinity")
     if start is not None and len(start.vectors) != size:
         raise ArgumentError(
             "A03",

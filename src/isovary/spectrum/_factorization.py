@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from scipy.sparse.linalg import SuperLU
 
 _LEAF, _WIDEST = 64, 256  # columns of a panel: of a whole subtree, and at most
+_GROWTH = 1e10  # largest entry of L: pivots are taken as they come
 _PADDING = 0.4  # part of a panel that may be zeros
 
 
@@ -87,7 +88,8 @@ def signed_factor(matrix: csr_array, ordering: str = "MMD_AT_PLUS_A") -> tuple[S
     Raises
     ------
     SpectrumError
-        S01 if the factorization had to leave the diagonal, so that its signs mean nothing.
+        S01 if the factorization had to leave the diagonal or met a pivot near zero, so that
+        its signs mean nothing.
     """
     from scipy.sparse.linalg import splu
 
@@ -105,6 +107,13 @@ def signed_factor(matrix: csr_array, ordering: str = "MMD_AT_PLUS_A") -> tuple[S
             "S01",
             "factorization: expected a regular symmetric matrix, got a zero pivot; ask for "
             "another number of pairs",
+        )
+    growth = float(np.abs(factor.L.data).max())
+    if not growth <= _GROWTH:
+        raise SpectrumError(
+            "S01",
+            f"factorization: expected factors of at most {_GROWTH:g}, got {growth:.3g}, which "
+            "leaves no digit; ask for another number of pairs",
         )
     return factor, int((factor.U.diagonal() < 0).sum())
 
@@ -137,7 +146,12 @@ def factorize(factor: SuperLU) -> Factorization:
     after = _postorder(_parents(lower))
     lower = lower[after][:, after].tocsc()
     lower.sort_indices()
-    starts = _panel_starts(lower)
+    if (lower.indices[lower.indptr[:-1]] == np.arange(lower.shape[0])).all():
+        starts = _panel_starts(lower)
+    else:  # exact zeros left out of L hide branches of the tree: any runs of columns will do
+        after, lower = np.arange(lower.shape[0]), factor.L
+        lower.sort_indices()
+        starts = np.arange(0, lower.shape[0], _LEAF)
     panels = _panels(lower, starts, np.append(starts[1:], lower.shape[0]))
     order = np.argsort(factor.perm_r)[after]
     return Factorization(order, factor.U.diagonal()[after], panels)

@@ -60,7 +60,7 @@ class _Ritz:
 
     @property
     def uncertain(self) -> Floats:
-        """Bound of the eigenvalues' errors."""
+        """Estimate of the eigenvalues' errors, to first order."""
         result: Floats = self.residuals / self.ritz**2
         return result
 
@@ -85,7 +85,10 @@ def lanczos(
     operator = _middle(stiffness, mass, count)
     width = _BLOCK
     while width <= min(_WIDEST, mass.shape[0] // 2):
-        found = _grow(operator, count, width, tolerance)
+        try:
+            found = _grow(operator, count, width, tolerance)
+        except np.linalg.LinAlgError:  # the block's vectors are parallel
+            found = None
         if found is not None:
             return found
         width *= 2
@@ -105,7 +108,11 @@ def _middle(stiffness: csr_array, mass: csr_array, count: int) -> _Operator:
     low, high = (part * count for part in _BELOW)
     shift = 0.47 * count * UNIT
     for _ in range(4 if count >= _FEWEST_IN_THE_MIDDLE else 0):
-        raw, below = signed_factor(stiffness - shift * mass)
+        try:
+            raw, below = signed_factor(stiffness - shift * mass)
+        except SpectrumError:  # a pivot near zero: another shift has others
+            shift *= 1.01
+            continue
         if low <= below <= high:
             break
         shift *= min(max((low + high) / 2 / max(below, 1), 1 / 8), 8.0)
@@ -136,6 +143,7 @@ def _grow(
                 continue
             pairs = _ritz(operator, projected, remainder, min(count + extra, used))
             last = first_gap(pairs.values, pairs.uncertain, count)
+            complete = bool((pairs.ritz[: operator.below] < 0).all())  # all those below the shift
             directions = _directions(operator, pairs, last or count)
             error = signature_error(pairs.values[: len(directions)], directions)
             checks.append((used, error))
@@ -148,7 +156,7 @@ def _grow(
             if counted is None or not below < counted[0] < above:
                 behind = float(below + above) / 2
                 counted = behind, aside.submit(operator.count_below, behind)
-            if not error <= tolerance:
+            if not (complete and error <= tolerance):
                 continue
             if counted[1].result() == last:
                 vectors = scattered(basis, operator.factor.order, _purged(pairs, last))

@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
+from threading import RLock
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
@@ -28,12 +29,20 @@ _ROWS = 4096  # of a piece: fewer are not worth a thread
 _PIECES = 16
 
 
+_ONE_AT_A_TIME = RLock()
+
+
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Let BLAS use one thread: the pieces are the threads."""
+    """Let BLAS use one thread: the pieces are the threads.
+
+    The limit holds for the whole process, so one solve waits for the other.
+    """
+    import scipy.linalg  # its BLAS must be there to be limited
+    import scipy.sparse.linalg  # noqa: F401
     from threadpoolctl import threadpool_limits
 
-    with threadpool_limits(1, user_api="blas"):
+    with _ONE_AT_A_TIME, threadpool_limits(1, user_api="blas"):
         yield
 
 

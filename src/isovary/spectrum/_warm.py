@@ -62,7 +62,10 @@ def warm(
     values, vectors = start.values * start.area, start.vectors
     if len(values) < count + _FEWEST_MORE:
         return None
-    whole, behind = _clear_gap(_moved(stiffness, mass, values, vectors, count), count)
+    try:
+        whole, behind = _clear_gap(_moved(stiffness, mass, values, vectors, count), count)
+    except np.linalg.LinAlgError:  # the start's vectors are parallel
+        return None
     with ThreadPoolExecutor(1) as aside:  # beside the other factorization
         counted = aside.submit(count_below, stiffness, mass, behind)
         problem = _shifted(stiffness, mass, max(values[count - 1] / 12, UNIT))
