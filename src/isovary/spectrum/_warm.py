@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _DEGREE = 3  # of the filter: more would leave the columns nearly parallel
 _ROUGH = 1e-2  # tolerance of the change for which one degree less is enough
 _ROUNDS = 3
-_NEARLY = 8.0  # an error so many times too large needs one degree less
+_NEARLY = 2.5  # an error so many times too large needs one degree less
 _COLUMNS = 80  # vectors filtered by one thread, at least
 _SAMPLES = 40  # vectors whose error is estimated
 _FEWEST_MORE = 4  # pairs that the start must hold beyond the wanted ones
@@ -98,11 +98,13 @@ def _refined(
         error = signature_error(values[:count], directions[:count])
         now = signature(values[:count], vectors[:, :count], moments)
         change = float((np.sqrt(((now - begun) ** 2).mean(axis=0)) / begun.mean(axis=0)).max())
-        if error > _PROGRESS * before or change > _FAR:
+        if change > _FAR:
             return None
         enough = max(tolerances[0], tolerances[1] * change)
         if error <= enough:
             return values, vectors, errors
+        if error > _PROGRESS * before:
+            return None
         before, degree = error, _DEGREE if error > _NEARLY * enough else _DEGREE - 1
     return None
 
