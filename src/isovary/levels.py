@@ -151,8 +151,8 @@ def make_level(
             f"{partners.found.mean():.0%}; the surfaces are too far apart",
         )
     with walk.stage("eigenpairs of the base", vertices / 2):
-        spare = min(with_spare(pairs), len(surface.points) - 2) if match is None else pairs
-        more = eigenpairs(fem(surface), max(spare, pairs))
+        asked = with_spare(pairs, len(surface.points)) if match is None else pairs
+        more = eigenpairs(fem(surface), asked)
         first = drop_cut_multiplet(first_pairs(more, pairs))
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
         count = len(first.values)

@@ -159,7 +159,7 @@ def _carried_change(
     first, at_first = carry(surface, base, isovalue)
     second, at_second = carry(surface, perturbed, isovalue)
     known = at_first.found & at_second.found
-    more = eigenpairs(fem(first), max(pairs, min(with_spare(pairs), len(first.points) - 2)))
+    more = eigenpairs(fem(first), with_spare(pairs, len(first.points)))
     before = more.truncate(pairs)
     after = eigenpairs(fem(second), pairs, start=more).truncate(pairs)
     change = signature_difference(

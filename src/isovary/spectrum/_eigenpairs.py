@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import ArgumentError, SpectrumError
 from ..geometry import Floats
 from ..records import Eigenpairs, Laplacian
-from ._accuracy import SMALLEST_GAP, UNIT, signature_error
+from ._accuracy import UNIT, first_gap, signature_error
 from ._lanczos import lanczos
 from ._memory import check_memory
 from ._threads import each, one_blas_thread, pieces
@@ -51,7 +51,7 @@ def eigenpairs(
         other copies are added; there may be a few more where neighbours nearly coincide.
     start : Eigenpairs, optional
         Pairs of a similar Laplacian on the same nodes, such as those of the base for a
-        carried surface, 10 % more than ``count`` (:func:`with_spare`). If they are too
+        carried surface, at least 4 and better 10 % more than ``count``. If they are too
         few or too far away, they are not used; ``solver`` of the result tells.
     tolerance : float
         Largest relative error of the heat kernel signature that may be expected (mean
@@ -183,10 +183,9 @@ def _dense(stiffness: csr_array, mass: csr_array, count: int) -> tuple[Floats, F
     while True:
         more = min(4 * more - 3 * count + 8, size)
         values, vectors = eigh(*dense, subset_by_index=(0, more - 1), driver="gvx")
-        apart = np.diff(values[count - 1 :]) > SMALLEST_GAP * max(values[-1], UNIT)
-        if apart.any() or more == size:
-            whole = count + int(np.argmax(apart)) if apart.any() else size
-            return values[:whole], vectors[:, :whole]
+        whole = first_gap(values, np.zeros(more), count)
+        if whole or more == size:
+            return values[: whole or size], vectors[:, : whole or size]
 
 
 def _clamp(values: Floats) -> Floats:

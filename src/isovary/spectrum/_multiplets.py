@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from ..records import Eigenpairs
-from ._accuracy import SMALLEST_GAP, UNIT
+from ._accuracy import first_gap
 
 
-def with_spare(count: int) -> int:
-    """So many pairs are to be solved for if ``count`` of them are to start another solve."""
-    return count + max(8, count // 10)
+def with_spare(count: int, size: int) -> int:
+    """So many pairs of ``size`` unknowns are to be solved for if ``count`` start another solve."""
+    return max(count, min(count + max(8, count // 10), size - 2))
 
 
 def first_pairs(pairs: Eigenpairs, count: int) -> Eigenpairs:
     """The first ``count`` pairs and the other copies of the last one."""
     values = pairs.values * pairs.area
-    apart = np.diff(values[count - 1 :]) > SMALLEST_GAP * max(values[-1], UNIT)
-    return pairs.truncate(count + int(np.argmax(apart)) if apart.any() else len(values))
+    whole = first_gap(values, np.zeros(len(values)), count)
+    return pairs.truncate(whole or len(values))
 
 
 def drop_cut_multiplet(pairs: Eigenpairs) -> Eigenpairs:
