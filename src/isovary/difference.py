@@ -10,54 +10,6 @@ from .geometry import Floats
 from .records import Eigenpairs
 
 
-def diffusion_times(pairs: Eigenpairs, count: int = 100) -> Floats:
-    """Logarithmic diffusion times that the eigenpairs resolve.
-
-    From 4 ln 10 / lambda_k, where the last pair has decayed to 1e-4, to
-    4 ln 10 / lambda_2, where the first non-constant one has.
-
-    Parameters
-    ----------
-    pairs : Eigenpairs
-        Of the base surface: one array of times serves every surface of a comparison.
-    count : int
-        Number of times.
-
-    Returns
-    -------
-    array (count,)
-        Ascending; length^2.
-
-    Raises
-    ------
-    ArgumentError
-        A02 for fewer than two times, or no non-zero eigenvalue.
-
-    References
-    ----------
-    Sun, Ovsjanikov and Guibas (2009), section 4; thesis, section 4.1.3.
-
-    Examples
-    --------
-    The unit sphere's first non-zero eigenvalue is 2, so the longest time is 2 ln 10 = 4.605:
-
-    >>> from isovary.laplacian import fem
-    >>> from isovary.shapes import icosphere
-    >>> from isovary.spectrum import eigenpairs
-    >>> round(float(diffusion_times(eigenpairs(fem(icosphere(3)), 9))[-1]), 3)
-    4.605
-    """
-    first = pairs.zero_count
-    if count < 2 or first >= len(pairs.values):
-        raise ArgumentError(
-            "A02",
-            f"count: expected at least 2 times and a non-zero eigenvalue, got {count} times and "
-            f"{len(pairs.values) - first} non-zero eigenvalues",
-        )
-    reach = 4 * np.log(10)
-    return np.geomspace(reach / pairs.values[-1], reach / pairs.values[first], count)
-
-
 def heat_trace_scale(pairs: Eigenpairs, times: ArrayLike) -> Floats:
     """Mean of the heat kernel signature over the surface, the scale that a change is divided by.
 
@@ -85,6 +37,65 @@ def heat_trace_scale(pairs: Eigenpairs, times: ArrayLike) -> Floats:
     return scale
 
 
+def mean_size(signature: Floats, areas: Floats) -> Floats:
+    """Mean over the surface of a signature's absolute value, to divide the change of any one by.
+
+    w_j = sum_x a_x |S_j(x)| / sum_x a_x over the nodes x of area a_x. For the heat
+    kernel signature it is :func:`heat_trace_scale` but for the quadrature; take
+    that one, which is exact.
+
+    Parameters
+    ----------
+    signature : array (n, T)
+        Of the base. Rows with a NaN are left out.
+    areas : array (n,)
+        Part of the surface that each node stands for, such as the row sums of the
+        mass matrix; length^2.
+
+    Returns
+    -------
+    array (T,)
+        Unit of the signature.
+
+    Raises
+    ------
+    ArgumentError
+        A03 for unequal numbers of nodes; A02 if no node is known or a column's mean
+        is 0, which nothing can be divided by: leave that column out.
+
+    Notes
+    -----
+    Cost: n T operations.
+
+    References
+    ----------
+    Thesis, section 4.1.5, with the surface's area in place of the number of vertices.
+
+    Examples
+    --------
+    Three quarters of the area have 1 and one quarter -3, 0.75 * 1 + 0.25 * 3 = 1.5:
+
+    >>> mean_size(np.array([[1.0], [-3.0], [np.nan]]), np.array([3.0, 1.0, 5.0])).tolist()
+    [1.5]
+    """
+    if signature.ndim != 2 or areas.shape != signature.shape[:1]:
+        raise ArgumentError(
+            "A03",
+            "signature, areas: expected shapes (n, T) and (n,), got "
+            f"{signature.shape} and {areas.shape}",
+        )
+    known = ~np.isnan(signature).any(axis=1)
+    size: Floats = areas[known] @ np.abs(signature[known])
+    if not (size > 0).all():
+        raise ArgumentError(
+            "A02",
+            f"signature: expected a mean above 0 in every column, got {int((size <= 0).sum())} "
+            f"of {len(size)} without, over {int(known.sum())} known nodes; leave them out",
+        )
+    mean: Floats = size / areas[known].sum()
+    return mean
+
+
 def signature_difference(
     base: Floats, perturbed: Floats, scale: Floats, *, parameter_step: float = 1.0
 ) -> Floats:
@@ -99,8 +110,8 @@ def signature_difference(
     base, perturbed : array (n, T)
         Signatures at corresponding points; NaN rows where there is no partner.
     scale : array (T,)
-        Positive weights of the base, such as :func:`heat_trace_scale`. The same
-        for both surfaces, or uniform growth would vanish.
+        Positive weights of the base, such as :func:`heat_trace_scale` or
+        :func:`mean_size`. The same for both surfaces, or uniform growth would vanish.
     parameter_step : float
         Change of the simulation's parameter, to get a derivative.
 
