@@ -1,10 +1,11 @@
-"""The door for files: scalar fields in, results out.
+"""The door for files: scalar fields and surfaces in, results out.
 
-Every reader keeps spacing and origin, checks the file against its own header
+Every reader keeps lengths and positions, checks the file against its own header
 before it allocates, and ends in a :class:`~isovary.errors.FileError` rather
-than in a wrong field.
+than in a wrong field or mesh.
 """
 
 from ._fields import read_field
+from ._surfaces import read_surface
 
-__all__ = ["read_field"]
+__all__ = ["read_field", "read_surface"]

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -15,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import FileError
 from ._checks import Samples, choose
+from ._child import run_child
 from ._vti_header import (
     BYTES,
     Header,
@@ -88,7 +86,7 @@ def _parse(path: Path, name: str) -> NDArray[Any]:
     """The array [x, y, z] as VTK reads it; FileError F06 with VTK's complaints."""
     with tempfile.TemporaryDirectory(prefix="isovary-") as folder:
         output = Path(folder) / "values.npy"
-        report = _run_child(path, name, output)
+        report = run_child(_CHILD, path, name, str(output))
         if report["log"] or not output.exists():
             got = " ".join(report["log"].split())[:500] or f"{report['count']} values"
             raise FileError(
@@ -96,25 +94,3 @@ def _parse(path: Path, name: str) -> NDArray[Any]:
             )
         values: NDArray[Any] = np.load(output, allow_pickle=False)
         return values
-
-
-def _run_child(path: Path, name: str, output: Path) -> dict[str, Any]:
-    command = [sys.executable, "-P", str(_CHILD), str(path.absolute()), name, str(output)]
-    patience = 60 + path.stat().st_size / 1e6  # seconds; VTK reads 100 MB/s and more
-    try:
-        child = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=patience, check=False
-        )
-    except subprocess.TimeoutExpired:
-        raise FileError(
-            "F06",
-            f"{path}: expected VTK to read it in {patience:.0f} s, got no end; it is damaged",
-        ) from None
-    if child.returncode == 0:
-        report: dict[str, Any] = json.loads(child.stdout)
-        return report
-    said = child.stderr.decode(errors="replace").strip().splitlines() or ["no message"]
-    how = f"a crash (signal {-child.returncode})" if child.returncode < 0 else "a failure"
-    raise FileError(
-        "F06", f"{path}: expected VTK to read it, got {how}: {said[-1][:300]}; the file is damaged"
-    )

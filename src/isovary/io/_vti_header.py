@@ -1,14 +1,16 @@
-"""The XML header of a VTK image file, and whether the file can hold what it declares.
+"""The XML header of a VTK file, and whether the file can hold what it declares.
 
 VTK's own reader fills what it does not find with leftover memory: data cut from an
 uncompressed array and pieces that leave a gap both give a full-size field without
-a complaint. So extents and lengths are checked here.
+a complaint. So extents and lengths are checked here; surfaces (.vtp, .vtu) pass the
+same checks as images.
 """
 
 from __future__ import annotations
 
 import base64
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NoReturn
@@ -21,6 +23,7 @@ from ..errors import FileError
 from ._checks import check_memory, check_shape
 
 _SUFFIXES = {
+    "ImageData": ".vti",
     "PImageData": ".pvti",
     "PolyData": ".vtp",
     "RectilinearGrid": ".vtr",
@@ -36,6 +39,9 @@ _RATIOS = {
     "vtkLZ4DataCompressor": 300,
     "vtkLZMADataCompressor": 20000,
 }
+#: The elements whose arrays count.
+_SECTIONS = ("PointData", "CellData", "Points", "Cells", "Verts", "Lines", "Strips", "Polys")
+_REMEDIES = {"ImageData": "resample the data onto a regular grid and write a .vti file"}
 Attributes = dict[str, str]
 
 
@@ -51,7 +57,7 @@ class Array:
 
 @dataclass
 class Piece:
-    """A piece of the image and its arrays."""
+    """A piece of the data and its arrays."""
 
     attributes: Attributes
     arrays: list[Array] = field(default_factory=list)
@@ -61,8 +67,8 @@ class Piece:
 class Header:
     """What the XML declares.
 
-    ``appended`` is the tag of the appended data and its byte, ``others`` whether there are
-    arrays outside of the pieces.
+    ``image`` are the attributes of the element of the file's type, ``appended`` is the tag of
+    the appended data and its byte, ``others`` whether there are arrays outside of the pieces.
     """
 
     root: Attributes = field(default_factory=dict)
@@ -88,8 +94,8 @@ class _Done(Exception):  # noqa: N818
 class _Parser:
     """Fills a Header from the events of expat."""
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.header = path, Header()
+    def __init__(self, path: Path, kind: str) -> None:
+        self.path, self.kind, self.header = path, kind, Header()
         self.expat = expat.ParserCreate()
         self.expat.StartElementHandler = self.start
         self.expat.EndElementHandler = self.end
@@ -99,6 +105,7 @@ class _Parser:
         self._section = ""
         self._array: Array | None = None
         self._inside_word = False
+        self._inner = 0  # depth inside of an array: its InformationKey has text of its own
 
     def doctype(self, *_: object) -> NoReturn:
         raise FileError(
@@ -109,14 +116,15 @@ class _Parser:
 
     def start(self, tag: str, attributes: Attributes) -> None:
         header = self.header
+        self._inner += self._array is not None
         if not header.root:
-            _check_root(self.path, tag, attributes)
+            _check_root(self.path, tag, attributes, self.kind)
             header.root = attributes
-        elif tag == "ImageData":
+        elif tag == self.kind:
             header.image = attributes
         elif tag == "Piece":
             header.pieces.append(Piece(attributes))
-        elif tag in ("PointData", "CellData"):
+        elif tag in _SECTIONS:
             self._section = tag
         elif tag == "AppendedData":
             header.appended = attributes, self.expat.CurrentByteIndex
@@ -134,9 +142,10 @@ class _Parser:
             self._section = ""
         elif tag in ("DataArray", "Array"):
             self._array = None
+        self._inner = max(self._inner - 1, 0) if self._array is not None else 0
 
     def text(self, data: str) -> None:
-        if self._array is not None:
+        if self._array is not None and not self._inner:
             words = data.split()
             self._array.length += sum(map(len, words))
             goes_on = self._inside_word and not data[0].isspace()  # expat cuts where it likes
@@ -144,10 +153,10 @@ class _Parser:
             self._inside_word = not data[-1].isspace()
 
 
-def read_header(path: Path) -> Header:
+def read_header(path: Path, kind: str = "ImageData") -> Header:
     """Parse the XML up to the appended data; FileError F03, F04, F06 or F12."""
     _check_end(path)
-    parser = _Parser(path)
+    parser = _Parser(path, kind)
     try:
         with path.open("rb") as stream:
             while chunk := stream.read(1 << 16):
@@ -174,15 +183,15 @@ def _check_end(path: Path) -> None:
         )
 
 
-def _check_root(path: Path, tag: str, attributes: Attributes) -> None:
+def _check_root(path: Path, tag: str, attributes: Attributes, expected: str) -> None:
     kind = attributes.get("type", "")
-    if tag == "VTKFile" and kind == "ImageData":
+    if tag == "VTKFile" and kind == expected:
         return
     suffix = f", a {_SUFFIXES[kind]} file" if kind in _SUFFIXES else ""
+    remedy = _REMEDIES.get(expected, "convert it, or rename it if only its suffix is wrong")
     raise FileError(
         "F04",
-        f"{path}: expected a VTKFile of type ImageData, got {tag} {kind!r}{suffix}; "
-        "resample the data onto a regular grid and write a .vti file",
+        f"{path}: expected a VTKFile of type {expected}, got {tag} {kind!r}{suffix}; {remedy}",
     )
 
 
@@ -200,6 +209,14 @@ def numbers(path: Path, attributes: Attributes, name: str, default: str) -> NDAr
             "write the file again",
         )
     return values
+
+
+def whole_number(path: Path, attributes: Attributes, name: str, default: str) -> int:
+    """An attribute that is a single integer; else FileError F06."""
+    value = numbers(path, attributes, name, default)[0]
+    if not abs(value) < 2**62 or value % 1 != 0:
+        raise FileError("F06", f"{path}: {name}: expected an integer, got {value}")
+    return int(value)
 
 
 def extent(path: Path, attributes: Attributes, name: str) -> NDArray[np.int64]:
@@ -253,30 +270,44 @@ def check_room(path: Path, header: Header, attributes: Attributes, count: int) -
         )
 
 
-def check_lengths(path: Path, header: Header) -> None:
+def _image_count(path: Path, piece: Piece, array: Array) -> int | None:
+    """Number of tuples that an array of an image's piece must have."""
+    shape = np.diff(extent(path, piece.attributes, "Extent"))[:, 0] + 1
+    counts = shape if array.section == "PointData" else np.maximum(shape - 1, 1)
+    return int(math.prod(counts.tolist()))
+
+
+def check_lengths(
+    path: Path,
+    header: Header,
+    count_of: Callable[[Path, Piece, Array], int | None] = _image_count,
+) -> None:
     """FileError F03 if text or uncompressed data are shorter or longer than declared.
 
-    Compressed data need no check: VTK notices when a block does not unpack.
+    Compressed data need no check: VTK notices when a block does not unpack. ``count_of``
+    tells the number of an array's tuples, None if the header does not.
     """
     packed = bool(header.root.get("compressor"))
     word = 8 if header.root.get("header_type") == "UInt64" else 4
     at_end = []
     for piece in header.pieces:
-        shape = np.diff(extent(path, piece.attributes, "Extent"))[:, 0] + 1
         for array in piece.arrays:
             kind = array.attributes.get("format", "ascii")
             each = BYTES.get(array.attributes.get("type", ""))
             if each is None or (packed and kind != "ascii"):
                 continue
-            counts = shape if array.section == "PointData" else np.maximum(shape - 1, 1)
-            components = numbers(path, array.attributes, "NumberOfComponents", "1")
-            values = math.prod(counts.tolist()) * int(components[0])
+            count = count_of(path, piece, array)
+            components = whole_number(path, array.attributes, "NumberOfComponents", "1")
+            values = None if count is None else count * components
+            need = None if values is None else values * each
             if kind == "appended":
-                at_end.append(_check_appended(path, header, array, word, values * each))
+                at_end.append(_check_appended(path, header, array, word, need))
+            elif values is None or need is None:
+                continue
             elif kind == "ascii" and array.words != values:
                 _short(path, array, f"{values} values", f"{array.words}")
-            elif kind == "binary" and array.length != _encoded(word + values * each):
-                _short(path, array, f"{values * each} bytes", "another number")
+            elif kind == "binary" and array.length != _encoded(word + need):
+                _short(path, array, f"{need} bytes", "another number")
     if at_end and not any(at_end) and not header.others:
         raise FileError(
             "F03",
@@ -298,14 +329,14 @@ def _short(path: Path, array: Array, expected: str, got: str) -> NoReturn:
     )
 
 
-def _check_appended(path: Path, header: Header, array: Array, word: int, need: int) -> bool:
+def _check_appended(path: Path, header: Header, array: Array, word: int, need: int | None) -> bool:
     """Check the length word at the array's offset, and that the array ends before the tag closes.
 
     Returns whether nothing but blanks stands between its end and the closing tag.
     """
     attributes, tag = header.appended
     raw = attributes.get("encoding", "raw") == "raw"
-    offset = int(numbers(path, array.attributes, "offset", "0")[0])
+    offset = whole_number(path, array.attributes, "offset", "0")
     with path.open("rb") as stream:
         stream.seek(max(tag, path.stat().st_size - 4096))
         begin = stream.tell()
@@ -314,14 +345,22 @@ def _check_appended(path: Path, header: Header, array: Array, word: int, need: i
         first = tag + stream.read(4096).find(b"_") + 1 + offset
         stream.seek(max(first, 0))
         head = stream.read(word if raw else _encoded(word))
+    stated = _stated(head if raw else _decoded(head)[:word], header)
+    need = stated if need is None else need
     length = word + need if raw else _encoded(word + need)
-    big = header.root.get("byte_order") == "BigEndian"
-    try:
-        stated = head if raw else base64.b64decode(head)[:word]
-    except ValueError:
-        stated = b""
-    if first + length > close or int.from_bytes(stated, "big" if big else "little") != need:
+    if first + length > close or stated != need:
         _short(path, array, f"{need} bytes", "fewer, or bytes out of place")
     with path.open("rb") as stream:
         stream.seek(first + length)
         return not stream.read(min(close - first - length, 4096)).strip()
+
+
+def _stated(head: bytes, header: Header) -> int:
+    return int.from_bytes(head, "big" if header.root.get("byte_order") == "BigEndian" else "little")
+
+
+def _decoded(text: bytes) -> bytes:
+    try:
+        return base64.b64decode(text)
+    except ValueError:
+        return b""
