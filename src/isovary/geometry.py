@@ -188,6 +188,27 @@ def triangle_areas(points: Floats, triangles: Ints) -> Floats:
     return areas
 
 
+def node_areas(points: Floats, triangles: Ints) -> Floats:
+    """Area that belongs to each node: a third of each flat triangle at it.
+
+    Six-node triangles count as the four flat pieces over their nodes.
+
+    Returns
+    -------
+    array (n,)
+        Squared length unit of ``points``; the sum is the area of the flat triangles.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> (6 * node_areas(corners, np.array([[0, 1, 2]]))).round(12).tolist()
+    [1.0, 1.0, 1.0]
+    """
+    flat = linear_triangles(triangles)
+    thirds = np.repeat(triangle_areas(points, flat) / 3, 3)
+    return np.bincount(flat.ravel(), thirds, len(points)).astype(np.float64)
+
+
 def node_normals(points: Floats, triangles: Ints) -> Floats:
     """Unit normals at the nodes: element normals evaluated at each node, averaged by area.
 
@@ -224,6 +245,52 @@ def edges_of(triangles: Ints) -> tuple[Ints, Ints, Ints]:
     edges, inverse, counts = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
     of_triangle = np.ascontiguousarray(inverse.reshape(3, -1).T)
     return edges.astype(np.int64), of_triangle.astype(np.int64), counts.astype(np.int64)
+
+
+def with_midpoints(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
+    """Six-node triangles over the same flat ones: the middle of each edge becomes a node.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+    triangles : array (m, 3)
+
+    Returns
+    -------
+    points : array (n + e, 3)
+        The given ones, then one for each edge.
+    triangles : array (m, 6)
+    """
+    edges, of_triangle, _ = edges_of(triangles)
+    nodes = np.concatenate([points, points[edges].mean(axis=1)])
+    return nodes, np.hstack([triangles, of_triangle + len(points)])
+
+
+def rim_nodes(triangles: Ints) -> Ints:
+    """Nodes on the rims of an open mesh, edge midpoints included; none for a closed one.
+
+    Parameters
+    ----------
+    triangles : array (m, 3 or 6)
+
+    Returns
+    -------
+    array (r,)
+        Ascending.
+
+    Examples
+    --------
+    Two six-node triangles that share the edge 0-2, whose midpoint is node 5:
+
+    >>> rim_nodes(np.array([[0, 1, 2, 4, 6, 5], [0, 2, 3, 5, 7, 8]]))
+    array([0, 1, 2, 3, 4, 6, 7, 8])
+    """
+    _, of_triangle, counts = edges_of(triangles)
+    outer = counts[of_triangle] == 1
+    local = [(*pair, 3 + k)[: 2 if triangles.shape[1] == 3 else 3] for k, pair in enumerate(EDGES)]
+    nodes = [triangles[outer[:, k]][:, list(local[k])].ravel() for k in range(3)]
+    rim: Ints = np.unique(np.concatenate(nodes))
+    return rim
 
 
 @dataclass(frozen=True)

@@ -416,26 +416,46 @@ class Surface:
         """Area, in squared length units."""
         return float(geometry.triangle_areas(self.points, self.triangles).sum())
 
+    def quadratic(self) -> Surface:
+        """The same shape with order 2: the middle of each edge of a flat mesh becomes a node.
 
-@dataclass(frozen=True, eq=False)
+        For meshes without a field, such as files: the functions on the surface are then
+        approximated better, the flat triangles stay. A surface of order 2 is returned as it is.
+        """
+        if self.order == 2:
+            return self
+        return Surface(*geometry.with_midpoints(self.points, self.triangles))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Laplacian:
     """A discrete Laplace-Beltrami operator: stiffness phi = lambda mass phi.
 
     Parameters
     ----------
-    stiffness : sparse (n, n)
-        Symmetric positive semidefinite, constants in its kernel; unit 1.
-    mass : sparse (n, n)
-        Symmetric positive definite, its entries sum to the area; length^2.
+    stiffness : sparse (u, u)
+        Symmetric positive semidefinite; constants in its kernel, unless nodes are fixed; unit 1.
+    mass : sparse (u, u)
+        Symmetric positive definite; its entries sum to the area, unless nodes are fixed; length^2.
+    unknowns : array (u,), optional
+        Node of each unknown. Default: every node is one, in order.
+    nodes : int, optional
+        Number of the surface's nodes; the functions are 0 at those that are no unknowns.
+    area : float, optional
+        Area of the surface, length^2. Default: the sum of the mass.
 
     Raises
     ------
     ArgumentError
-        A03 if the matrices are not square and of equal shape.
+        A03 if the matrices are not square and of equal shape, or the unknowns are no
+        distinct nodes.
     """
 
     stiffness: csr_array
     mass: csr_array
+    unknowns: Ints = field(default=None)  # type: ignore[arg-type]
+    nodes: int = field(default=None)  # type: ignore[assignment]
+    area: float = field(default=None)  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         shapes = self.stiffness.shape, self.mass.shape
@@ -443,11 +463,26 @@ class Laplacian:
             raise ArgumentError(
                 "A03", f"stiffness, mass: expected equal square matrices, got {shapes}"
             )
+        size = shapes[0][0]
+        unknowns = np.arange(size) if self.unknowns is None else self.unknowns
+        object.__setattr__(self, "unknowns", _frozen(unknowns, np.int64))
+        if self.nodes is None:
+            object.__setattr__(self, "nodes", size)
+        if self.area is None:
+            object.__setattr__(self, "area", float(self.mass.sum()))
+        known = np.unique(self.unknowns)
+        inside = ((known >= 0) & (known < self.nodes)).all()
+        if not (len(known) == len(self.unknowns) == size and inside):
+            raise ArgumentError(
+                "A03",
+                f"unknowns: expected {size} distinct nodes in [0, {self.nodes}), got "
+                f"{len(known)} distinct ones of {len(self.unknowns)}",
+            )
 
-    @property
-    def area(self) -> float:
-        """Sum of the mass matrix, length^2."""
-        return float(self.mass.sum())
+    def __repr__(self) -> str:
+        fixed = self.nodes - len(self.unknowns)
+        kept = f", {fixed} fixed at 0" if fixed else ""
+        return f"Laplacian({self.nodes} nodes{kept}, {self.stiffness.nnz} entries)"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -459,8 +494,8 @@ class Eigenpairs:
     values : array (k,)
         Eigenvalues; 1/length^2.
     vectors : array (n, k)
-        Eigenvectors, mass-orthonormal; 1/length. Their signs, and any rotation
-        within a repeated eigenvalue, are arbitrary: never compare them.
+        Eigenvectors, mass-orthonormal, 0 at fixed nodes; 1/length. Their signs, and any
+        rotation within a repeated eigenvalue, are arbitrary: never compare them.
     residuals : array (k,)
         Length of stiffness phi - lambda mass phi, each row divided by the root of
         the mass's diagonal, relative to the last eigenvalue; for unit area.
@@ -502,6 +537,12 @@ class Eigenpairs:
             self.area,
             self.solver,
         )
+
+    def scaled(self, area: float) -> Eigenpairs:
+        """The pairs of the surface scaled to another area."""
+        ratio = self.area / area
+        vectors = self.vectors * np.sqrt(ratio)
+        return Eigenpairs(self.values * ratio, vectors, self.residuals, area, self.solver)
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,37 +7,56 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import MeshError
-from ..geometry import Floats, Ints, quadrature, shape_functions, shape_gradients, tangents
+from ..geometry import (
+    Floats,
+    Ints,
+    quadrature,
+    rim_nodes,
+    shape_functions,
+    shape_gradients,
+    tangents,
+)
 from ..records import Laplacian, Surface
+from ._boundary import fix_nodes
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 
-def fem(surface: Surface) -> Laplacian:
-    """Finite-element Laplacian of a surface, with the elements' own order and consistent mass.
+def fem(surface: Surface, *, lumped: bool = False, dirichlet: bool = False) -> Laplacian:
+    """Finite-element Laplacian of a surface, with the elements' own order.
 
     stiffness_ij = integral grad N_i . G^-1 grad N_j sqrt(det G),
     mass_ij = integral N_i N_j sqrt(det G), with G the metric of the (curved)
-    element. Open surfaces get the natural (Neumann) boundary. Eigenvalues of
-    smooth surfaces converge with order 2 for flat linear and 4 for curved
-    quadratic elements.
+    element. Eigenvalues of smooth surfaces converge with order 2 for flat linear and
+    4 for curved quadratic elements; with lumped mass with order 2 for both.
 
     Parameters
     ----------
     surface : Surface
-        Order 1 or 2; the element order is the surface's.
+        Order 1 or 2; the element order is the surface's. A flat mesh from a file becomes
+        one of order 2 by :meth:`Surface.quadratic`.
+    lumped : bool
+        Diagonal mass: each element's area shared among its nodes as the diagonal of its
+        consistent mass is (a third each for order 1; sums of rows, the other usual rule,
+        vanish at the corners of quadratic elements). Not more accurate, but positive: for
+        explicit time steps, and to compare with other packages.
+    dirichlet : bool
+        Functions are 0 on the rims of an open surface. By default the boundary is the
+        natural (Neumann) one: no heat crosses it.
 
     Returns
     -------
     Laplacian
-        Unknowns are the surface's points.
+        Unknowns are the surface's points, those on rims left out if ``dirichlet``.
 
     Raises
     ------
     MeshError
         M03 if a triangle is degenerate or folded: its metric is singular, or
         its normal turns over, at a quadrature point.
+    ArgumentError
+        A02 if every node lies on a rim and ``dirichlet`` is asked for.
 
     Notes
     -----
@@ -46,7 +65,9 @@ def fem(surface: Surface) -> Laplacian:
     References
     ----------
     G. Dziuk and C. M. Elliott, *Finite element methods for surface PDEs*,
-    Acta Numerica 22 (2013) 289-396, section 4; thesis, section 3.2.2.
+    Acta Numerica 22 (2013) 289-396, section 4; thesis, section 3.2.2; for the lumped
+    mass E. Hinton, T. Rock and O. C. Zienkiewicz, Earthquake Eng. Struct. Dyn. 4 (1976)
+    245-249.
 
     Examples
     --------
@@ -55,6 +76,8 @@ def fem(surface: Surface) -> Laplacian:
     >>> triangle = Surface([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     >>> (24 * fem(triangle).mass.toarray()).round(12).tolist()
     [[2.0, 1.0, 1.0], [1.0, 2.0, 1.0], [1.0, 1.0, 2.0]]
+    >>> (24 * fem(triangle, lumped=True).mass.diagonal()).round(12).tolist()
+    [4.0, 4.0, 4.0]
     """
     barycentric, weights = quadrature()
     values = shape_functions(barycentric, surface.order)
@@ -69,9 +92,18 @@ def fem(surface: Surface) -> Laplacian:
     )
     mass = np.einsum("mq,qi,qj->mij", measure, values, values, optimize=True)
     size = len(surface.points)
-    return Laplacian(
-        _assemble(stiffness, surface.triangles, size), _assemble(mass, surface.triangles, size)
-    )
+    whole = _lump(mass, surface.triangles) if lumped else _assemble(mass, surface.triangles, size)
+    laplacian = Laplacian(_assemble(stiffness, surface.triangles, size), whole)
+    return fix_nodes(laplacian, rim_nodes(surface.triangles)) if dirichlet else laplacian
+
+
+def _lump(mass: Floats, triangles: Ints) -> csr_array:
+    """Diagonal mass: the diagonal of each local matrix, scaled to the whole of its element."""
+    from scipy.sparse import diags_array
+
+    diagonal = np.einsum("mii->mi", mass)
+    share = diagonal * (mass.sum(axis=(1, 2)) / diagonal.sum(axis=1))[:, None]
+    return diags_array(np.bincount(triangles.ravel(), share.ravel())).tocsr()
 
 
 def _metric_root(jacobian: Floats) -> Floats:

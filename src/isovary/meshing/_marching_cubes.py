@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import ArgumentError, MeshError
-from ..geometry import Floats, Ints, edges_of, topology, triangle_areas
+from ..geometry import Floats, Ints, edges_of, topology, triangle_areas, with_midpoints
 from ..projection import outward_normals, project
 from ..records import ScalarField, Surface
 from ._contour import contour
@@ -173,8 +173,6 @@ def _on_isosurface(
     For order 2 each edge's midpoint becomes a node of its own.
     """
     if order == 2:
-        edges, of_triangle, _ = edges_of(triangles)
-        triangles = np.hstack([triangles, of_triangle + len(points)])
-        points = np.concatenate([points, points[edges].mean(axis=1)])
+        points, triangles = with_midpoints(points, triangles)
     nodes = project(points, field, isovalue)
     return Surface(nodes, triangles, outward_normals(nodes, field, isovalue))

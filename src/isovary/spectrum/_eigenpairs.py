@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -105,7 +106,11 @@ def eigenpairs(
     check_memory(mass.shape[0], stiffness.nnz, count)
     with one_blas_thread():
         solver, (values, vectors) = _solve(
-            stiffness, mass, count, start, (tolerance, tolerance_of_change)
+            stiffness,
+            mass,
+            count,
+            _at_unknowns(laplacian, start),
+            (tolerance, tolerance_of_change),
         )
         values, residuals = _checked(stiffness, mass, values, vectors)
     order = np.argsort(values, kind="stable")
@@ -113,7 +118,8 @@ def eigenpairs(
         values, vectors, residuals = values[order], vectors[:, order], residuals[order]
     values = _clamp(values)
     _check_zeros(stiffness, values)
-    return Eigenpairs(values / area, vectors / np.sqrt(area), residuals, area, solver)
+    vectors = _at_nodes(laplacian, vectors / np.sqrt(area))
+    return Eigenpairs(values / area, vectors, residuals, area, solver)
 
 
 def _check(
@@ -147,12 +153,28 @@ def _check(
         )
     if start is not None and not np.isfinite(start.vectors).all():
         raise ArgumentError("A02", "start: expected finite eigenvectors, got NaN or infinity")
-    if start is not None and len(start.vectors) != size:
+    if start is not None and len(start.vectors) != laplacian.nodes:
         raise ArgumentError(
             "A03",
-            f"start: expected eigenvectors on {size} nodes, got {len(start.vectors)}; a start "
-            "must belong to the same nodes",
+            f"start: expected eigenvectors on {laplacian.nodes} nodes, got {len(start.vectors)}; "
+            "a start must belong to the same nodes",
         )
+
+
+def _at_nodes(laplacian: Laplacian, vectors: Floats) -> Floats:
+    """Vectors on all nodes from those on the unknowns: 0 at the fixed ones."""
+    if laplacian.nodes == len(vectors):
+        return vectors
+    whole = np.zeros((laplacian.nodes, vectors.shape[1]))
+    whole[laplacian.unknowns] = vectors
+    return whole
+
+
+def _at_unknowns(laplacian: Laplacian, start: Eigenpairs | None) -> Eigenpairs | None:
+    """A start without the rows of the fixed nodes."""
+    if start is None or laplacian.nodes == len(laplacian.unknowns):
+        return start
+    return replace(start, vectors=start.vectors[laplacian.unknowns])
 
 
 def _solve(

@@ -1,0 +1,88 @@
+"""How far the rims of an open surface reach into its signatures."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .geometry import Bools, Floats, rim_nodes
+from .records import Surface
+
+
+def rim_distance(surface: Surface) -> Floats:
+    """Distance of each node to the nearest node on a rim, in a straight line.
+
+    A straight line is never longer than the way on the surface, so where sheets lie close
+    together more nodes count as near a rim than are.
+
+    Parameters
+    ----------
+    surface : Surface
+
+    Returns
+    -------
+    array (n,)
+        Length; infinite on a closed surface.
+
+    Notes
+    -----
+    Cost: one search tree of the rim's nodes, 1 ms for 10 000 nodes.
+
+    Examples
+    --------
+    >>> corners = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]]
+    >>> pyramid = Surface(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]])
+    >>> rim_distance(pyramid).tolist()
+    [2.0, 0.0, 0.0, 0.0, 0.0]
+    """
+    rim = rim_nodes(surface.triangles)
+    if len(rim) == 0:
+        return np.full(len(surface.points), np.inf)
+    from scipy.spatial import cKDTree
+
+    distance: Floats = cKDTree(surface.points[rim]).query(surface.points)[0]
+    return distance
+
+
+def near_rim(surface: Surface, times: ArrayLike) -> Bools:
+    """Where the rim of an open surface shows in the heat kernel signature at each time.
+
+    At the distance r of a straight rim the heat kernel signature is that of a surface
+    without rim times 1 + exp(-r^2 / t) under the natural (Neumann) boundary, times
+    1 - exp(-r^2 / t) under a Dirichlet boundary: the image of the node behind the rim. It
+    doubles at the rim, or vanishes. Within r = 2 sqrt(t), the diffusion radius, the rim's
+    part exceeds exp(-4) = 1.8 %.
+
+    Parameters
+    ----------
+    surface : Surface
+    times : array (T,)
+        Diffusion times; length^2.
+
+    Returns
+    -------
+    array of bool (n, T)
+        True where the node lies within 2 sqrt(t) of a rim; all False on a closed surface.
+
+    Notes
+    -----
+    Cost: that of :func:`rim_distance`.
+
+    References
+    ----------
+    M. Kac, *Can one hear the shape of a drum?*, Amer. Math. Monthly 73 (1966) 1-23,
+    section 9 (the image of a point behind a straight boundary).
+
+    Examples
+    --------
+    The centre of a square of side 2 feels the rim after t = (1 / 2)^2:
+
+    >>> square = [[0, 0, 0], [1, -1, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [-1, 1, 0],
+    ...           [-1, 0, 0], [-1, -1, 0], [0, -1, 0]]
+    >>> fan = Surface(square, [[0, i, i % 8 + 1] for i in range(1, 9)])
+    >>> near_rim(fan, [0.24, 0.26])[0].tolist()
+    [False, True]
+    """
+    radius = 2 * np.sqrt(np.asarray(times, dtype=float))
+    near: Bools = rim_distance(surface)[:, None] < radius
+    return near
