@@ -84,9 +84,9 @@ def test_start_of_a_dirichlet_solve_gives_the_same_pairs():
     laplacian = iv.fem(moved, dirichlet=True)
     cold = iv.eigenpairs(laplacian, 60)
     start = iv.eigenpairs(iv.fem(disk, dirichlet=True), 68)
-    from_start = iv.eigenpairs(laplacian, 60, start=start, tolerance_of_change=1e-6)
+    from_start = iv.eigenpairs(laplacian, 60, start=start, tolerance_of_change=1e-5)
     assert from_start.solver == "from start"
-    np.testing.assert_allclose(from_start.values[:60], cold.values[:60], rtol=1e-8)
+    np.testing.assert_allclose(from_start.values[:60], cold.values[:60], rtol=1e-6)
     assert len(from_start.vectors) == len(moved.points)
 
 
@@ -117,10 +117,10 @@ def test_near_rim_is_within_twice_the_root_of_the_time():
     """Oracle: analytic. On a disk the rim is 1 - r away; on a sphere there is none."""
     disk = iv.disk(1.0, 12)
     depth = 1 - np.linalg.norm(disk.points, axis=1)
-    np.testing.assert_allclose(iv.rim_distance(disk), depth, atol=0.004)  # chords of 144 nodes
+    np.testing.assert_allclose(iv.rim_distance(disk), depth, atol=1e-4)  # sides of 12 degrees / 2
     times = np.array([0.01, 0.04])
     near = iv.near_rim(disk, times)
-    clear = np.abs(depth[:, None] - 2 * np.sqrt(times)) > 0.004
+    clear = np.abs(depth[:, None] - 2 * np.sqrt(times)) > 1e-4
     np.testing.assert_array_equal(near[clear], (depth[:, None] < 2 * np.sqrt(times))[clear])
     assert np.isinf(iv.rim_distance(iv.icosphere(1))).all()
     assert not iv.near_rim(iv.icosphere(1), times).any()

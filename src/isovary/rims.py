@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .geometry import Bools, Floats, rim_nodes
+from .geometry import EDGES, Bools, Floats, edges_of
 from .records import Surface
+
+_STEPS = 16  # parts of a rim edge: its points are then right to 1/2000 of it
 
 
 def rim_distance(surface: Surface) -> Floats:
-    """Distance of each node to the nearest node on a rim, in a straight line.
+    """Distance of each node to the nearest point of a rim, in a straight line.
 
     A straight line is never longer than the way on the surface, so where sheets lie close
     together more nodes count as near a rim than are.
@@ -26,22 +28,37 @@ def rim_distance(surface: Surface) -> Floats:
 
     Notes
     -----
-    Cost: one search tree of the rim's nodes, 1 ms for 10 000 nodes.
+    Cost: one search tree of points on the rim, 10 ms for 10 000 nodes.
 
     Examples
     --------
     >>> corners = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [-2, 0, 0], [0, -2, 0]]
     >>> pyramid = Surface(corners, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]])
-    >>> rim_distance(pyramid).tolist()
-    [2.0, 0.0, 0.0, 0.0, 0.0]
+    >>> rim_distance(pyramid).round(9).tolist()  # the edges' middles are the nearest
+    [1.414213562, 0.0, 0.0, 0.0, 0.0]
     """
-    rim = rim_nodes(surface.triangles)
+    rim = _rim_points(surface)
     if len(rim) == 0:
         return np.full(len(surface.points), np.inf)
     from scipy.spatial import cKDTree
 
-    distance: Floats = cKDTree(surface.points[rim]).query(surface.points)[0]
+    distance: Floats = cKDTree(rim).query(surface.points)[0]
     return distance
+
+
+def _rim_points(surface: Surface) -> Floats:
+    """Points (r, 3) close together on the (curved) edges of the rims."""
+    _, of_triangle, counts = edges_of(surface.triangles)
+    outer = counts[of_triangle] == 1
+    s = np.linspace(0, 1, _STEPS + 1)[:, None]
+    pieces = []
+    for k, (i, j) in enumerate(EDGES):
+        nodes = surface.points[surface.triangles[outer[:, k]]]
+        first, last = nodes[:, None, i], nodes[:, None, j]
+        middle = nodes[:, None, 3 + k] if surface.order == 2 else (first + last) / 2
+        curve = (1 - s) * (1 - 2 * s) * first + 4 * s * (1 - s) * middle + s * (2 * s - 1) * last
+        pieces.append(curve.reshape(-1, 3))
+    return np.concatenate(pieces)
 
 
 def near_rim(surface: Surface, times: ArrayLike) -> Bools:
@@ -51,7 +68,8 @@ def near_rim(surface: Surface, times: ArrayLike) -> Bools:
     without rim times 1 + exp(-r^2 / t) under the natural (Neumann) boundary, times
     1 - exp(-r^2 / t) under a Dirichlet boundary: the image of the node behind the rim. It
     doubles at the rim, or vanishes. Within r = 2 sqrt(t), the diffusion radius, the rim's
-    part exceeds exp(-4) = 1.8 %.
+    part exceeds exp(-4) = 1.8 %. Where the radius is as large as the surface, or as the
+    rim's own bends, it is more, and reaches farther.
 
     Parameters
     ----------

@@ -56,11 +56,11 @@ def implied_curvature(signature: Floats, times: ArrayLike) -> Floats:
     """Gaussian curvature that the heat kernel signature implies at each time.
 
     K(x, t) = 3 (4 pi t HKS(x, t) - 1) / t, from 4 pi t HKS = 1 + K t / 3 + O(t^2).
-    Read it at the smallest times that the pairs resolve (the first of
-    :func:`isovary.diffusion_times`): at larger ones it is a mean over the distance
-    2 sqrt(t) and more, on a unit sphere 1 + t / 5. At still smaller times the terms
-    left out, divided by t, make it meaningless. Within 2 sqrt(t) of a rim it is the rim
-    that is read, not curvature.
+    Read it a little above the smallest time that the k pairs resolve, from about
+    5 ln 10 / lambda_k on (:func:`isovary.diffusion_times` starts at 4): at larger times it
+    is a mean over the distance 2 sqrt(t) and more, on a unit sphere 1 + t / 5; at smaller
+    ones the terms left out, and the mesh's error, are divided by t and drown it. Within
+    2 sqrt(t) of a rim it is the rim that is read, not curvature.
 
     Parameters
     ----------

@@ -14,11 +14,18 @@ SMALLEST_GAP = 1e-7
 """Relative: two eigenvalues that are closer are one to the solver."""
 
 
+_COOLED = 30.0
+"""At the time _COOLED / lambda_1 all heat has left through a Dirichlet boundary."""
+
+
 def times_resolved(values: Floats) -> Floats:
-    """Ten times from the smallest one that the pairs resolve, each four times the one before."""
+    """At most ten times from the smallest one that the pairs resolve, each four times the last.
+
+    They end where a Dirichlet boundary has let out all heat.
+    """
     smallest = 4 * np.log(10) / max(values[-1], UNIT)
-    result: Floats = smallest * 4.0 ** np.arange(10)
-    return result
+    times: Floats = smallest * 4.0 ** np.arange(10)
+    return times[values.min() * times <= _COOLED]
 
 
 def signature_error(values: Floats, directions: Floats) -> float:
