@@ -21,14 +21,16 @@ make_venv = { command -v uv >/dev/null 2>&1 \
 	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(1); } \
 	|| $(PYTHON) -m venv $(1)
 
-.PHONY: help demo test check docs bench bench-eigensolve clean distclean
+.PHONY: help demo test check teeth docs bench bench-operators bench-eigensolve clean distclean
 
 help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
 	@echo 'make test       run the tests and the examples in the docstrings'
 	@echo 'make check      ruff (lint and format) and mypy --strict'
+	@echo 'make teeth      plant faults in a copy of the package, and see its tests find them'
 	@echo 'make docs       build the documentation into docs/_build'
 	@echo 'make bench      run the benchmarks'
+	@echo 'make bench-operators    every operator against exact answers'
 	@echo 'make bench-eigensolve   the eigensolve beside other packages, which go into $(PEERS)'
 	@echo 'make clean      remove what was built; make distclean removes $(VENV) and $(PEERS) too'
 	@echo
@@ -45,12 +47,18 @@ check: $(STAMP)-check
 	$(BIN)/ruff format --check
 	$(BIN)/mypy
 
+teeth: $(STAMP)-test
+	$(BIN)/python tools/planted_faults.py $(ARGS)
+
 docs: $(STAMP)-docs
 	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build
 	@echo 'open docs/_build/index.html'
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py
+
+bench-operators: $(STAMP)
+	$(BIN)/python benchmarks/operators.py
 
 bench-eigensolve: $(PEERS)/.stamp
 	$(PEERS)/bin/python benchmarks/eigensolvers.py $(ARGS)

@@ -11,7 +11,7 @@ from .carrying import carry
 from .clustering import k_medians
 from .comparison import Comparison, compare
 from .correspondence import closest_point, identity, interpolate, normal_rays
-from .difference import change_norm, diffusion_times, heat_trace_scale, signature_difference
+from .difference import change_norm, heat_trace_scale, mean_size, signature_difference
 from .errors import (
     ArgumentError,
     ClusterError,
@@ -24,14 +24,39 @@ from .errors import (
     SpectrumError,
 )
 from .geometry import Topology, topology
-from .io import read_field
-from .laplacian import fem
+from .io import read_field, read_surface
+from .laplacian import (
+    cotangent,
+    differential_coordinates,
+    epsilon_graph,
+    fem,
+    fix_nodes,
+    knn_graph,
+    mesh_laplacian,
+    point_cloud,
+    robust,
+    uniform_graph,
+)
 from .meshing import better_interpolation, contour, interpolation_errors, marching_cubes
 from .noise import noise_floor, sampling_floor
 from .projection import project
 from .records import Clusters, Correspondence, Eigenpairs, Laplacian, ScalarField, Surface
-from .shapes import icosphere
-from .signature import heat_kernel_signature
+from .rims import near_rim, rim_distance
+from .shapes import cylinder, disk, ellipsoid, hemisphere, icosphere, sheet, torus
+from .signature import (
+    SignatureKind,
+    diffusion_radius,
+    diffusion_times,
+    global_point_signature,
+    heat_kernel,
+    heat_kernel_signature,
+    implied_curvature,
+    scale_invariant_heat_kernel_signature,
+    shape_dna,
+    signature_kind,
+    wave_energies,
+    wave_kernel_signature,
+)
 from .spectrum import drop_cut_multiplet, eigenpairs
 
 __version__ = _version("isovary")
@@ -52,6 +77,7 @@ __all__ = [
     "RigidMotion",
     "RunError",
     "ScalarField",
+    "SignatureKind",
     "SpectrumError",
     "Surface",
     "Topology",
@@ -61,24 +87,52 @@ __all__ = [
     "closest_point",
     "compare",
     "contour",
+    "cotangent",
+    "cylinder",
+    "differential_coordinates",
+    "diffusion_radius",
     "diffusion_times",
+    "disk",
     "drop_cut_multiplet",
     "eigenpairs",
+    "ellipsoid",
+    "epsilon_graph",
     "fem",
+    "fix_nodes",
+    "global_point_signature",
+    "heat_kernel",
     "heat_kernel_signature",
     "heat_trace_scale",
+    "hemisphere",
     "icosphere",
     "identity",
+    "implied_curvature",
     "interpolate",
     "interpolation_errors",
     "k_medians",
+    "knn_graph",
     "marching_cubes",
+    "mean_size",
+    "mesh_laplacian",
+    "near_rim",
     "noise_floor",
     "normal_rays",
+    "point_cloud",
     "project",
     "read_field",
+    "read_surface",
     "rigid_part",
+    "rim_distance",
+    "robust",
     "sampling_floor",
+    "scale_invariant_heat_kernel_signature",
+    "shape_dna",
+    "sheet",
     "signature_difference",
+    "signature_kind",
     "topology",
+    "torus",
+    "uniform_graph",
+    "wave_energies",
+    "wave_kernel_signature",
 ]

@@ -12,6 +12,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -20,7 +21,17 @@ from cyclopts import App, CycloptsError, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from . import __version__, closest_point, compare, contour, normal_rays, read_field, topology
+from . import (
+    __version__,
+    closest_point,
+    compare,
+    contour,
+    normal_rays,
+    read_field,
+    topology,
+)
+from . import laplacian as operators
+from . import signature as signatures
 from .comparison import Comparison
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
@@ -28,12 +39,31 @@ from .io._atomic import check_output
 from .io._results import save
 from .levels import Match
 from .meshing import interpolation_errors
-from .records import ScalarField
+from .methods import Signature
+from .records import Laplacian, ScalarField
 
 _MATCHES: dict[str, Match | None] = {
     "carried": None,
     "normal-rays": normal_rays,
     "closest-point": closest_point,
+}
+_LAPLACIANS: dict[str, Callable[..., Laplacian]] = {
+    "fem": operators.fem,
+    "fem-lumped": partial(operators.fem, lumped=True),
+    "cotangent": operators.cotangent,
+    "robust": operators.robust,
+    "mesh-laplacian": operators.mesh_laplacian,
+    "point-cloud": operators.point_cloud,
+    "uniform-graph": operators.uniform_graph,
+    "knn-graph": operators.knn_graph,
+    "epsilon-graph": operators.epsilon_graph,
+}
+_WITH_BOUNDARY = ("fem", "fem-lumped", "cotangent")
+_SIGNATURES: dict[str, Signature] = {
+    "heat-kernel": signatures.heat_kernel_signature,
+    "scale-invariant-heat-kernel": signatures.scale_invariant_heat_kernel_signature,
+    "wave-kernel": signatures.wave_kernel_signature,
+    "global-point": signatures.global_point_signature,
 }
 _DEMO_ISOVALUE = 0.05
 _QUANTILES = (0.5, 0.9, 0.99)
@@ -98,6 +128,21 @@ def compare_files(
     eigenpairs: int = 300,
     times: int = 100,
     groups: int = 3,
+    laplacian: Literal[
+        "fem",
+        "fem-lumped",
+        "cotangent",
+        "robust",
+        "mesh-laplacian",
+        "point-cloud",
+        "uniform-graph",
+        "knn-graph",
+        "epsilon-graph",
+    ] = "fem",
+    boundary: Literal["natural", "dirichlet"] = "natural",
+    signature: Literal[
+        "heat-kernel", "scale-invariant-heat-kernel", "wave-kernel", "global-point"
+    ] = "heat-kernel",
     correspondence: Literal["carried", "normal-rays", "closest-point"] = "carried",
     seed: int = 7,
 ) -> None:
@@ -128,9 +173,17 @@ def compare_files(
     eigenpairs
         Number of eigenpairs.
     times
-        Number of diffusion times.
+        Number of diffusion times, or of what else the signature is sampled at.
     groups
         Number of groups of changed nodes.
+    laplacian
+        Discretization of the Laplace-Beltrami operator. fem is the most accurate by far;
+        the others are the thesis's, for comparison.
+    boundary
+        Of open surfaces: natural (no heat crosses a rim), or dirichlet (0 there; fem and
+        cotangent only).
+    signature
+        What is compared at each node.
     correspondence
         carried: one mesh follows the field; the others mesh both isosurfaces independently.
     seed
@@ -141,7 +194,18 @@ def compare_files(
         name = (perturbed_array or array) if path is perturbed else array
         return read_field(path, name, spacing=spacing, origin=origin)
 
+    operator = _LAPLACIANS[laplacian]
+    if boundary == "dirichlet":
+        if laplacian not in _WITH_BOUNDARY:
+            raise ArgumentError(
+                "A02",
+                f"boundary: expected natural with --laplacian {laplacian}, got dirichlet; only "
+                f"{', '.join(_WITH_BOUNDARY)} have one",
+            )
+        operator = partial(operator, dirichlet=True)
     options = {
+        "laplacian": operator,
+        "signature": _SIGNATURES[signature],
         "vertices": vertices,
         "order": order,
         "pairs": eigenpairs,
@@ -226,7 +290,7 @@ def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
     for note in result.notes:
         _out.print(f"note: {note}", markup=False, soft_wrap=True)
     lines = [
-        f"largest change  {np.nanmax(norm):.3g} (mean over times, relative to the mean signature)",
+        f"largest change  {np.nanmax(norm):.3g} of the mean signature (mean over its columns)",
         f"noise floor     {result.relative_noise:.2g} of the change (rms)",
         f"significant     {result.significant.mean():.0%} of {len(norm)} nodes",
         f"coverage        {result.coverage:.1%}",

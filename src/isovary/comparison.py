@@ -20,6 +20,7 @@ from .errors import (
     IsovaryError,
 )
 from .geometry import Bools, Floats, Topology, topology
+from .laplacian import fem
 from .levels import (
     FIRST_VERTICES,
     WANTED_NOISE,
@@ -33,9 +34,12 @@ from .levels import (
     relative_rms,
 )
 from .meshing import better_interpolation, interpolation_errors, marching_cubes
-from .noise import SIGNIFICANCE, noise_floor, sampling_floor
-from .notes import reader_notes
+from .methods import Methods, Operator, Signature, method_name
+from .noise import SIGNIFICANCE, sampling_floor
+from .notes import noted_warnings, reader_notes
 from .records import Clusters, Correspondence, Eigenpairs, ScalarField, Surface
+from .rims import near_rim, rim_distance
+from .signature import heat_kernel_signature
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -45,7 +49,8 @@ if TYPE_CHECKING:
 class Comparison:
     """Everything that a comparison of two isosurfaces made, from the meshes to the groups.
 
-    Arrays with n rows have one per point of ``base``; T is the number of times.
+    Arrays with n rows have one per point of ``base``; T is the number of the signature's
+    columns: of times, for the heat kernel signature.
 
     Parameters
     ----------
@@ -55,10 +60,14 @@ class Comparison:
         The two meshes: one connectivity if the base was carried.
     base_pairs, perturbed_pairs : Eigenpairs
         The same number of pairs.
+    methods : Methods
+        Operator and signature; ``methods.kind`` says what the columns are.
     times : array (T,)
-        Diffusion times of both; length^2.
+        Diffusion times of both, length^2; or what else the signature is sampled at:
+        energies of the wave kernel signature, numbers of eigenpairs.
     base_signature, perturbed_signature : array (n, T)
-        Signatures at corresponding points, NaN rows without a partner; 1/length^2.
+        Signatures at corresponding points, NaN rows without a partner; 1/length^2 for
+        the heat kernel.
     correspondence : Correspondence
     change : array (n, T)
         Scaled change, base minus perturbed; NaN rows without a partner.
@@ -88,6 +97,7 @@ class Comparison:
     perturbed: Surface
     base_pairs: Eigenpairs
     perturbed_pairs: Eigenpairs
+    methods: Methods
     times: Floats
     base_signature: Floats
     perturbed_signature: Floats
@@ -107,6 +117,21 @@ class Comparison:
     def coverage(self) -> float:
         """Part of the base nodes that have a partner."""
         return float(self.correspondence.found.mean())
+
+    @property
+    def columns(self) -> Floats:
+        """Value (T,) of each column on the signature's axis: its time, energy, frequency..."""
+        return self.methods.kind.columns(self.times)
+
+    @property
+    def rim_distance(self) -> Floats:
+        """Distance (n,) of the base's nodes to a rim; infinite on a closed surface."""
+        return rim_distance(self.base)
+
+    @property
+    def near_rim(self) -> Bools:
+        """Mask (n, T) where a rim shows in the heat kernel signature: within 2 sqrt(t) of it."""
+        return near_rim(self.base, self.times)
 
     @property
     def change_norm(self) -> Floats:
@@ -150,6 +175,8 @@ def compare(
     pairs: int = 300,
     times: int = 100,
     groups: int = 3,
+    laplacian: Operator = fem,
+    signature: Signature = heat_kernel_signature,
     correspondence: Match | None = None,
     rng: int = 7,
     progress: Progress | None = None,
@@ -177,9 +204,14 @@ def compare(
         Eigenpairs. The smallest time resolved is 4 ln 10 / lambda_pairs, so more
         pairs see finer scales. A multiplet cut by the count is left out.
     times : int
-        Diffusion times, logarithmic.
+        Diffusion times, logarithmic; the number of samples of any other signature.
     groups : int
         Groups of significant nodes; fewer where they do not differ by more than noise.
+    laplacian : callable
+        A method of :mod:`isovary.laplacian`, with options through functools.partial:
+        ``partial(fem, dirichlet=True)``. The thesis's others are far less accurate.
+    signature : callable
+        A method of :mod:`isovary.signature`.
     correspondence : callable, optional
         By default the base mesh is carried along the perturbed field. A method of
         :mod:`isovary.correspondence`, such as :func:`isovary.normal_rays`, meshes
@@ -228,20 +260,22 @@ def compare(
     """
     _check_fields(base, perturbed, isovalue)
     _check(vertices, order, pairs, times, groups)
-    walk = Walk(progress)
+    walk, methods = Walk(progress), Methods(laplacian, signature)
     with walk.stage("interpolation"):
         base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
-    solve = partial(make_level, base, perturbed, isovalue, order, pairs, correspondence, walk)
-    level, coarse, moments = refined_levels(solve, vertices, order, pairs, times, walk)
+    solve = partial(
+        make_level, base, perturbed, isovalue, order, pairs, correspondence, methods, walk
+    )
+    with noted_warnings() as warned:
+        level, coarse, samples = refined_levels(solve, vertices, order, pairs, times, walk)
     with walk.stage("signatures and noise floor"):
-        before, after, change = level.change(moments)
-        mesh_floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
-        stretch = level.perturbed_pairs.area / level.base_pairs.area
-        unit_area_change = level.change(moments, stretch)[2]
-    with walk.stage("noise floor of the samples"):
+        before, after, change = level.change(samples)
+        mesh_floor = level.noise_floor(coarse, samples)
+        unit_area_change = level.change(samples, unit_area=True)[2]
+    with walk.stage("noise floor of the samples"), noted_warnings():
         sample_floor = np.zeros_like(change)
         if change.any():
-            sample_floor = _sample_floor(base, perturbed, isovalue, level, moments)
+            sample_floor = _sample_floor(base, perturbed, isovalue, level, samples)
         floor = np.hypot(mesh_floor, np.nan_to_num(sample_floor))
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
@@ -253,12 +287,12 @@ def compare(
         "mesher": "marching_cubes",
         "vertices": "by accuracy" if vertices is None else vertices,
         "order": order,
-        "laplacian": "fem",
-        "signature": "heat_kernel_signature",
+        "laplacian": method_name(laplacian),
+        "signature": method_name(signature),
         "pairs": pairs,
         "times": times,
-        "scaling": "base heat trace per unit area",
-        "correspondence": "carried" if correspondence is None else _name(correspondence),
+        "scaling": methods.scaling,
+        "correspondence": "carried" if correspondence is None else method_name(correspondence),
         "noise_floor_vertices": coarse.vertices,
         "noise_of_the_mesh": relative_rms(mesh_floor, change),
         "noise_of_the_samples": relative_rms(sample_floor, change),
@@ -272,7 +306,8 @@ def compare(
         perturbed=level.perturbed,
         base_pairs=level.base_pairs,
         perturbed_pairs=level.perturbed_pairs,
-        times=moments,
+        methods=methods,
+        times=samples,
         base_signature=before,
         perturbed_signature=after,
         correspondence=level.correspondence,
@@ -287,7 +322,7 @@ def compare(
         choices=choices,
         timings=walk.timings,
     )
-    return replace(result, notes=reader_notes(result, WANTED_NOISE))
+    return replace(result, notes=(*reader_notes(result, WANTED_NOISE), *warned))
 
 
 def _check_fields(base: ScalarField, perturbed: ScalarField, isovalue: float) -> None:
@@ -342,10 +377,6 @@ def _facts(field: ScalarField) -> dict[str, object]:
     }
 
 
-def _name(method: Match) -> str:
-    return getattr(getattr(method, "func", method), "__name__", repr(method))
-
-
 def _same_interpolation(
     base: ScalarField, perturbed: ScalarField, isovalue: float
 ) -> tuple[ScalarField, ScalarField, dict[str, float]]:
@@ -364,16 +395,25 @@ def _sample_floor(
     perturbed: ScalarField,
     isovalue: float,
     level: Level,
-    times: Floats,
+    samples: Floats,
 ) -> Floats:
     """Noise floor of the samples at the base's nodes; NaN throughout if it cannot be told."""
     pairs = len(level.base_pairs.values)
     vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
     try:
         mesh = marching_cubes(base, isovalue, vertices=vertices)
-        floor = sampling_floor(mesh, base, perturbed, isovalue, pairs, times)
+        floor = sampling_floor(
+            mesh,
+            base,
+            perturbed,
+            isovalue,
+            pairs,
+            samples,
+            laplacian=level.methods.laplacian,
+            signature=level.methods.signature,
+        )
     except IsovaryError:
-        return np.full((len(level.base.points), len(times)), np.nan)
+        return np.full((len(level.base.points), len(level.methods.kind.columns(samples))), np.nan)
     return interpolate(closest_point(level.base, mesh), mesh, floor)
 
 

@@ -12,14 +12,13 @@ import numpy as np
 
 from .carrying import carry
 from .correspondence import identity, interpolate
-from .difference import diffusion_times, heat_trace_scale, signature_difference
+from .difference import signature_difference
 from .errors import CorrespondenceError
 from .geometry import Floats, topology
-from .laplacian import fem
 from .meshing import contour, marching_cubes
+from .methods import Methods
 from .noise import noise_floor
 from .records import Correspondence, Eigenpairs, ScalarField, Surface
-from .signature import heat_kernel_signature
 from .spectrum import drop_cut_multiplet, eigenpairs, first_pairs, with_spare
 
 Progress = Callable[[str, float], None]
@@ -47,22 +46,34 @@ class Level:
     correspondence: Correspondence
     base_pairs: Eigenpairs
     perturbed_pairs: Eigenpairs
+    methods: Methods
 
     @property
     def vertices(self) -> int:
         """Number of the base's vertices, edge midpoints not counted."""
         return len(np.unique(self.base.corners))
 
-    def change(self, times: Floats, stretch: float = 1.0) -> tuple[Floats, Floats, Floats]:
+    def samples(self, count: int) -> Floats:
+        """What the signature is sampled at: diffusion times, as a rule."""
+        return self.methods.kind.samples(self.base_pairs, count)
+
+    def change(self, samples: Floats, *, unit_area: bool = False) -> tuple[Floats, Floats, Floats]:
         """Base signature, perturbed one at the partners, scaled change.
 
-        ``stretch`` is the factor by which the perturbed area is divided.
+        With ``unit_area`` the perturbed surface is first scaled to the base's area.
         """
-        before = heat_kernel_signature(self.base_pairs, times)
-        there = stretch * heat_kernel_signature(self.perturbed_pairs, stretch * times)
+        signature, other = self.methods.signature, self.perturbed_pairs
+        before = signature(self.base_pairs, samples)
+        there = signature(other.scaled(self.base_pairs.area) if unit_area else other, samples)
         after = interpolate(self.correspondence, self.perturbed, there)
-        scale = heat_trace_scale(self.base_pairs, times)
+        scale = self.methods.scale(self.base, self.base_pairs, before, samples)
         return before, after, signature_difference(before, after, scale)
+
+    def noise_floor(self, coarse: Level, samples: Floats) -> Floats:
+        """Numerical error (n, T) of the change, from the same on a coarser mesh."""
+        change, there = (level.change(samples)[2] for level in (self, coarse))
+        order = self.methods.order(self.base)
+        return noise_floor(self.base, change, coarse.base, there, order=order)
 
 
 class Walk:
@@ -100,7 +111,7 @@ def refined_levels(
     times: int,
     walk: Walk,
 ) -> tuple[Level, Level, Floats]:
-    """A level, the one with half its vertices, and the times; finer until the noise is small."""
+    """A level, the one with half its vertices, and the samples; finer until the noise is small."""
     if vertices is None:
         size = max(FIRST_VERTICES[order], 2 * fewest_vertices(order, pairs))
     else:
@@ -108,13 +119,12 @@ def refined_levels(
     walk.expected = float(3 * size)
     coarse, level = solve(size), solve(2 * size if vertices is None else vertices)
     while True:
-        moments = diffusion_times(level.base_pairs, times)
+        samples = level.samples(times)
         if vertices is not None or 4 * size > _MOST_VERTICES:
-            return level, coarse, moments
-        change = level.change(moments)[2]
-        floor = noise_floor(level.base, change, coarse.base, coarse.change(moments)[2])
-        if relative_rms(floor, change) <= WANTED_NOISE:
-            return level, coarse, moments
+            return level, coarse, samples
+        floor = level.noise_floor(coarse, samples)
+        if relative_rms(floor, level.change(samples)[2]) <= WANTED_NOISE:
+            return level, coarse, samples
         size *= 2
         walk.expected += 2 * size
         coarse, level = level, solve(2 * size)
@@ -127,6 +137,7 @@ def make_level(
     order: int,
     pairs: int,
     match: Match | None,
+    methods: Methods,
     walk: Walk,
     vertices: int,
 ) -> Level:
@@ -152,14 +163,17 @@ def make_level(
         )
     with walk.stage("eigenpairs of the base", vertices / 2):
         asked = with_spare(pairs, len(surface.points)) if match is None else pairs
-        more = eigenpairs(fem(surface), asked)
+        more = eigenpairs(methods.laplacian(surface), asked)
         first = drop_cut_multiplet(first_pairs(more, pairs))
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
         count = len(first.values)
         same = np.array_equal(surface.points, other.points)
         start = more if match is None else None  # carried: the same nodes
-        second = first if same else eigenpairs(fem(other), count, start=start).truncate(count)
-    return Level(surface, other, partners, first, second)
+        if same:
+            second = first
+        else:
+            second = eigenpairs(methods.laplacian(other), count, start=start).truncate(count)
+    return Level(surface, other, partners, first, second, methods)
 
 
 def relative_rms(floor: Floats, change: Floats) -> float:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from .carrying import carry
 from .correspondence import closest_point, interpolate
-from .difference import heat_trace_scale, signature_difference
+from .difference import signature_difference
 from .geometry import EDGES, Floats, linear_triangles
 from .laplacian import fem
 from .meshing import interpolation_errors
+from .methods import Methods, Operator, Signature
 from .records import ScalarField, Surface
 from .signature import heat_kernel_signature
 from .spectrum import eigenpairs, with_spare
@@ -22,7 +24,14 @@ SIGNIFICANCE = 2.0
 _SMOOTHINGS = 4
 
 
-def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change: Floats) -> Floats:
+def noise_floor(
+    surface: Surface,
+    change: Floats,
+    coarse: Surface,
+    coarse_change: Floats,
+    *,
+    order: int | None = None,
+) -> Floats:
     """Numerical error of a change at each node and time, from a second, coarser base mesh.
 
     The same comparison was made on two base meshes of one isosurface. Their
@@ -44,6 +53,9 @@ def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change
         Another mesh of the same isosurface, with fewer vertices and n' nodes.
     coarse_change : array (n', T)
         The change computed on it, at the same times.
+    order : int, optional
+        Half the order in h of the operator's error. Default: the surface's order, right
+        for :func:`isovary.fem`; 1 for other operators.
 
     Returns
     -------
@@ -66,7 +78,8 @@ def noise_floor(surface: Surface, change: Floats, coarse: Surface, coarse_change
     """
     there = interpolate(closest_point(surface, coarse), coarse, coarse_change)
     floor = _local_rms(surface, change - there)
-    return floor * max(1.0, 1.0 / (_refinement(surface, coarse) ** surface.order - 1.0))
+    gain = _refinement(surface, coarse) ** (order or surface.order)
+    return floor * max(1.0, 1.0 / (gain - 1.0))
 
 
 def sampling_floor(
@@ -76,6 +89,9 @@ def sampling_floor(
     isovalue: float,
     pairs: int,
     times: Floats,
+    *,
+    laplacian: Operator = fem,
+    signature: Signature = heat_kernel_signature,
 ) -> Floats:
     """Numerical error of a change due to the samples of the fields, from every other sample.
 
@@ -98,6 +114,9 @@ def sampling_floor(
     pairs : int
         Eigenpairs; a count that cuts no multiplet.
     times : array (T,)
+        Diffusion times, or what else the signature is sampled at.
+    laplacian, signature : callable
+        As in :func:`isovary.compare`.
 
     Returns
     -------
@@ -127,9 +146,11 @@ def sampling_floor(
     >>> bool(floor.max() < 1e-9)
     True
     """
-    all_samples = _carried_change(surface, base, perturbed, isovalue, pairs, times)
-    first, second = _every_other(base), _every_other(perturbed)
-    half_samples = _carried_change(surface, first, second, isovalue, pairs, times)
+    change = partial(
+        _carried_change, surface, isovalue, pairs, times, Methods(laplacian, signature)
+    )
+    all_samples = change(base, perturbed)
+    half_samples = change(_every_other(base), _every_other(perturbed))
     gain = min(_gain(base, isovalue), _gain(perturbed, isovalue))
     return _local_rms(surface, half_samples - all_samples) / (gain - 1)
 
@@ -149,25 +170,23 @@ def _gain(field: ScalarField, isovalue: float) -> float:
 
 def _carried_change(
     surface: Surface,
-    base: ScalarField,
-    perturbed: ScalarField,
     isovalue: float,
     pairs: int,
-    times: Floats,
+    samples: Floats,
+    methods: Methods,
+    base: ScalarField,
+    perturbed: ScalarField,
 ) -> Floats:
     """The change between two fields on one mesh carried to both; NaN where a node is lost."""
     first, at_first = carry(surface, base, isovalue)
     second, at_second = carry(surface, perturbed, isovalue)
     known = at_first.found & at_second.found
-    more = eigenpairs(fem(first), with_spare(pairs, len(first.points)))
-    before = more.truncate(pairs)
-    after = eigenpairs(fem(second), pairs, start=more).truncate(pairs)
-    change = signature_difference(
-        heat_kernel_signature(before, times),
-        heat_kernel_signature(after, times),
-        heat_trace_scale(before, times),
-    )
-    return np.where(known[:, None], change, np.nan)
+    more = eigenpairs(methods.laplacian(first), with_spare(pairs, len(first.points)))
+    there = eigenpairs(methods.laplacian(second), pairs, start=more).truncate(pairs)
+    here = more.truncate(pairs)
+    before, after = (methods.signature(p, samples) for p in (here, there))
+    scale = methods.scale(first, here, before, samples)
+    return np.where(known[:, None], signature_difference(before, after, scale), np.nan)
 
 
 def _local_rms(surface: Surface, error: Floats) -> Floats:

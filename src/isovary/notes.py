@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +13,22 @@ if TYPE_CHECKING:
     from .comparison import Comparison
 
 _RIGID_SHARE = 0.25
+
+
+@contextmanager
+def noted_warnings() -> Iterator[list[str]]:
+    """Collect the texts of UserWarnings, each once, to become notes; others pass."""
+    texts: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        yield texts
+    for warning in caught:
+        if warning.category is not UserWarning:
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
+        elif str(warning.message) not in texts:
+            texts.append(str(warning.message))
 
 
 def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
@@ -56,15 +75,35 @@ def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
         notes.append(f"The isosurface has {result.topology.components} components. [I06]")
     if result.topology.boundary_loops > 0:
         notes.append(
-            f"The isosurface leaves the box: {result.topology.boundary_loops} rim(s); near a rim "
-            "the natural boundary doubles the signature at small times. [I05]"
+            f"The isosurface leaves the box: {result.topology.boundary_loops} rim(s). "
+            + _rim_words(result)
+            + " [I05]"
         )
     if result.coverage < 1:
         lost = int((~result.correspondence.found).sum())
         notes.append(f"{lost} nodes found no partner; they are grey, not unchanged. [C02]")
+    if result.methods.kind.short == "gps":
+        notes.append(
+            "The columns of the global point signature are eigenfunctions: their signs, and their "
+            "rotation where eigenvalues nearly agree, are arbitrary on both surfaces. Most of this "
+            "change is false. [S09]"
+        )
     used = len(result.base_pairs.values)
     if used < result.choices["pairs"]:  # type: ignore[operator]
         notes.append(
             f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"
         )
     return tuple(notes)
+
+
+def _rim_words(result: Comparison) -> str:
+    """What a rim does to the signature, and on how many nodes."""
+    fixed = "dirichlet=True" in str(result.choices["laplacian"])
+    words = "is 0 at a rim" if fixed else "doubles at a rim at small times"
+    if result.methods.kind.short != "hks":
+        return "The surface ends there, and near it the signature shows that."
+    near = result.near_rim.mean(axis=0)
+    return (
+        f"The signature {words}, whatever the shape: within 2 sqrt(t) of it lie {near[0]:.0%} of "
+        f"the nodes at the smallest time, {near[-1]:.0%} at the largest."
+    )

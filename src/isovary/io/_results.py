@@ -27,7 +27,16 @@ from ._atomic import write_folder
 if TYPE_CHECKING:
     import pyvista as pv
 
-_PACKAGES = ("numpy", "scipy", "vtk", "pyvista", "mmgpy", "matplotlib", "plotly")
+_PACKAGES = (
+    "numpy",
+    "scipy",
+    "vtk",
+    "pyvista",
+    "mmgpy",
+    "robust_laplacian",
+    "matplotlib",
+    "plotly",
+)
 _VTK_TRIANGLE, _VTK_QUADRATIC_TRIANGLE = 5, 22
 
 
@@ -121,7 +130,7 @@ def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
     """Arrays with one value per base node, by the names they have in files."""
     found = result.correspondence.found
     there = interpolate(result.correspondence, result.perturbed, result.perturbed.points)
-    return {
+    arrays: dict[str, np.ndarray] = {
         "change_norm": result.change_norm,
         "noise_norm": change_norm(result.noise_floor),
         "significant": result.significant.astype(np.int8),
@@ -130,27 +139,33 @@ def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
         "normal_displacement": result.correspondence.distance,
         "partner_found": found.astype(np.int8),
     }
+    if result.topology.boundary_loops:
+        arrays["rim_distance"] = result.rim_distance
+    return arrays
 
 
 def _change_grid(result: Comparison) -> pv.UnstructuredGrid:
-    grid = _grid(result.base)
-    grid.point_data["hks_base"] = result.base_signature
-    grid.point_data["hks_perturbed"] = result.perturbed_signature
-    grid.point_data["hks_change"] = result.change
+    grid, name = _grid(result.base), result.methods.kind.short
+    grid.point_data[f"{name}_base"] = result.base_signature
+    grid.point_data[f"{name}_perturbed"] = result.perturbed_signature
+    grid.point_data[f"{name}_change"] = result.change
     grid.point_data["noise_floor"] = result.noise_floor
     for name, values in _node_arrays(result).items():
         grid.point_data[name] = values
-    grid.field_data["times"] = result.times
+    grid.field_data[_columns_name(result)] = result.columns
     grid.set_active_scalars("change_norm")
     return grid
 
 
-def _perturbed_grid(result: Comparison) -> pv.UnstructuredGrid:
-    from ..signature import heat_kernel_signature
+def _columns_name(result: Comparison) -> str:
+    """Name of the array that tells each column's time, energy, frequency..."""
+    return "times" if result.methods.kind.per_time else "columns"
 
-    grid = _grid(result.perturbed)
-    grid.point_data["hks"] = heat_kernel_signature(result.perturbed_pairs, result.times)
-    grid.field_data["times"] = result.times
+
+def _perturbed_grid(result: Comparison) -> pv.UnstructuredGrid:
+    grid, methods = _grid(result.perturbed), result.methods
+    grid.point_data[methods.kind.short] = methods.signature(result.perturbed_pairs, result.times)
+    grid.field_data[_columns_name(result)] = result.columns
     return grid
 
 
@@ -199,7 +214,11 @@ def _summary(result: Comparison) -> dict[str, Any]:
         "rigid_motion": asdict(result.motion) | {"share": result.motion.share},
         "spectrum": {
             "largest_eigenvalue": result.base_pairs.values[-1],
-            "times": [result.times[0], result.times[-1]],
+            "eigenvalues": {
+                "base": result.base_pairs.values,
+                "perturbed": result.perturbed_pairs.values,
+            },
+            _columns_name(result): result.columns[[0, -1]],
             "solver": {
                 "base": result.base_pairs.solver,
                 "perturbed": result.perturbed_pairs.solver,
@@ -239,6 +258,8 @@ def _plain(value: Any) -> Any:
     """The value in JSON's own types; NaN and infinity become null."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
     if isinstance(value, np.generic):

@@ -11,6 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ..comparison import Comparison
 from ..geometry import Floats
+from ..signature import diffusion_radius
 
 BASE_COLOR, PERTURBED_COLOR, NOISE_COLOR = "#222222", "#d55e00", "#b0b0b0"
 
@@ -38,53 +39,61 @@ def curves_at(result: Comparison, node: int | None) -> Curves:
     return Curves(*(np.nanmedian(array, axis=0) for array in arrays))
 
 
-def diffusion_length(times: Floats) -> Floats:
-    """How far heat spreads in a time: sqrt(4 t), the width of the flat heat kernel."""
-    length: Floats = np.sqrt(4 * np.maximum(times, 0.0))
-    return length
+def diffusion_time(radius: Floats) -> Floats:
+    """The time in which heat spreads over a radius."""
+    return radius**2 / 4
 
 
-def diffusion_time(length: Floats) -> Floats:
-    """The time in which heat spreads over a length."""
-    return length**2 / 4
-
-
-def draw_signatures(axes: Axes, times: Floats, curves: Curves) -> None:
-    """Both signatures over the time, with the diffusion length on top."""
-    axes.loglog(times, curves.base, color=BASE_COLOR, lw=2.2, label="base")
-    axes.loglog(
-        times, curves.perturbed, color=PERTURBED_COLOR, lw=1.5, ls=(0, (4, 2)), label="perturbed"
+def draw_signatures(axes: Axes, result: Comparison, curves: Curves) -> None:
+    """Both signatures over their columns, with the diffusion radius of the times on top."""
+    kind, columns = result.methods.kind, result.columns
+    axes.plot(columns, curves.base, color=BASE_COLOR, lw=2.2, label="base")
+    dashed = (0, (4, 2))
+    axes.plot(
+        columns, curves.perturbed, color=PERTURBED_COLOR, lw=1.5, ls=dashed, label="perturbed"
     )
-    axes.set_ylabel("heat kernel signature\n(1 / length²)")
+    if kind.logarithmic:
+        axes.set_xscale("log")
+        _round_ticks(axes.xaxis)
+    if (np.nan_to_num(np.stack([curves.base, curves.perturbed]), nan=1.0) > 0).all():
+        axes.set_yscale("log")
+        _round_ticks(axes.yaxis)
+    axes.set_ylabel(f"{signature_name(result)}\n({kind.unit})")
     axes.legend(frameon=False, loc="upper right", fontsize=8.5)
     axes.tick_params(labelbottom=False)
-    top = axes.secondary_xaxis("top", functions=(diffusion_length, diffusion_time))  # type: ignore[arg-type]
-    top.set_xlabel("diffusion length √(4t)")
-    _round_ticks(top.xaxis)
-    _round_ticks(axes.xaxis)
-    _round_ticks(axes.yaxis)
+    if kind.per_time:
+        top = axes.secondary_xaxis("top", functions=(diffusion_radius, diffusion_time))  # type: ignore[arg-type]
+        top.set_xlabel("diffusion radius 2√t (length)")
+        _round_ticks(top.xaxis)
     _calm(axes)
 
 
-def draw_change(axes: Axes, times: Floats, curves: Curves) -> None:
-    """The scaled change over the time, within the band of its noise floor."""
+def draw_change(axes: Axes, result: Comparison, curves: Curves) -> None:
+    """The scaled change over the columns, within the band of its noise floor."""
+    kind, columns = result.methods.kind, result.columns
     axes.axhline(0, color="#888888", lw=0.8)
-    axes.fill_between(
-        times, -100 * curves.noise, 100 * curves.noise, color=NOISE_COLOR, lw=0, label="noise floor"
-    )
-    axes.semilogx(times, 100 * curves.change, color=BASE_COLOR, lw=1.8, label="base − perturbed")
-    axes.set_ylabel("scaled change\n(% of mean HKS)")
-    axes.set_xlabel("diffusion time t (length²)")
-    axes.set_xlim(times[0], times[-1])
-    _round_ticks(axes.xaxis)
+    noise = 100 * curves.noise
+    axes.fill_between(columns, -noise, noise, color=NOISE_COLOR, lw=0, label="noise floor")
+    axes.plot(columns, 100 * curves.change, color=BASE_COLOR, lw=1.8, label="base − perturbed")
+    axes.set_ylabel(f"scaled change\n(% of mean {kind.abbreviation})")
+    axes.set_xlabel(kind.axis)
+    axes.set_xlim(columns[0], columns[-1])
+    if kind.logarithmic:
+        axes.set_xscale("log")
+        _round_ticks(axes.xaxis)
     if not np.nan_to_num(curves.change).any():
         axes.set_ylim(-1, 1)
-        axes.text(0.5, 0.62, "0 at every time", transform=axes.transAxes, ha="center")
+        axes.text(0.5, 0.62, "0 everywhere", transform=axes.transAxes, ha="center")
     else:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + 0.22 * (high - low))  # room for the legend above the curve
         axes.legend(frameon=False, loc="upper left", ncols=2, fontsize=8.5)
     _calm(axes)
+
+
+def signature_name(result: Comparison) -> str:
+    """The signature's name without its abbreviation."""
+    return result.methods.kind.title.split(" (")[0]
 
 
 def _round_ticks(axis: Axis) -> None:

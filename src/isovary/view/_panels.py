@@ -84,7 +84,7 @@ def change_panel(figure: Figure, view: View) -> None:
         entries.insert(0, Patch(color=paint.NEUTRAL, label=_unchanged(view)))
     if limit > 0:
         _ring(axes, view)
-        words = "mean change of the heat kernel signature (HKS), % of its mean"
+        words = f"mean change of the {view.result.methods.kind.title}, % of its mean"
         color_bar(figure, (0.03, 0.224, 0.30, 0.016), paint.NORM_MAP, (0, 100 * limit), words)
         legend(figure, entries, (0.205, 0.148))
     else:
@@ -130,13 +130,13 @@ def groups_panel(figure: Figure, view: View) -> None:
 
 def curves_panel(figure: Figure, view: View) -> None:
     """Signatures and change over the time."""
-    curves, times = curves_at(view.result, view.peak), view.result.times
+    curves = curves_at(view.result, view.peak)
     where = "at the marked point" if view.peak is not None else "median over the nodes"
     caption(figure, 0.69, 0.872, "d", f"At which scale: {where}")
     upper = figure.add_axes((0.745, 0.505, 0.235, 0.285))
     lower = figure.add_axes((0.745, 0.205, 0.235, 0.265), sharex=upper)
-    draw_signatures(upper, times, curves)
-    draw_change(lower, times, curves)
+    draw_signatures(upper, view.result, curves)
+    draw_change(lower, view.result, curves)
     for axes in (upper, lower, *upper.child_axes):
         axes.tick_params(labelsize=8)
         axes.xaxis.label.set_fontsize(8.5)

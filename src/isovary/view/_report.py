@@ -111,12 +111,17 @@ def _notes(result: Comparison) -> str:
 
 def _curves_words(view: View) -> str:
     if view.peak is None:
-        return "Medians over the nodes: the two signatures agree at every time."
+        return "Medians over the nodes: the two signatures agree everywhere."
+    kind = view.result.methods.kind
+    times = (
+        "Small times see details, large ones the whole: heat spreads over the diffusion radius "
+        "2√t. "
+    )
     return (
         f"At the point that changed most (node {view.peak}), with the median of each group. "
-        "Small times see details, large ones the whole: heat spreads over the diffusion length "
-        "√(4t). The change is the base's heat kernel signature (HKS) minus the perturbed one's, "
-        "in percent of the base's mean."
+        + (times if kind.per_time else "")
+        + f"The change is the base's {kind.title} minus the perturbed one's, in percent of the "
+        "base's mean."
     )
 
 
@@ -125,7 +130,7 @@ def _keys(view: View) -> str:
     result = view.result
     limit, moved = paint.norm_limit(result), paint.move_limit(result)
     noise, scale = noise_limit(result), scale_limit(result)
-    steps = len(result.times) - 1
+    steps = len(result.columns) - 1
     slider = (
         f'<p><label>Scale <input id="scale" type="range" min="0" max="{steps}" '
         f'value="{steps // 2}"></label><br><span id="scale-words"></span></p>'
@@ -133,7 +138,7 @@ def _keys(view: View) -> str:
     grey = _patch(to_hex(paint.NEUTRAL), "less than twice the noise floor")
     lost = _patch(to_hex(paint.NO_PARTNER), "no partner: unknown") if result.coverage < 1 else ""
     keys = {
-        "change": _bar(paint.NORM_MAP, "0 %", percent(limit), "mean over times of |change|", limit)
+        "change": _bar(paint.NORM_MAP, "0 %", percent(limit), "mean of |change|", limit)
         + _patches(grey, lost),
         "scale": slider
         + _bar(paint.MOVE_MAP, f"−{percent(scale)}", percent(scale), "base − perturbed", scale)

@@ -12,6 +12,7 @@ from plotly.subplots import make_subplots
 
 from ..comparison import Comparison
 from ..geometry import Floats, linear_triangles
+from ..signature import diffusion_radius
 from . import _paint as paint
 from ._camera import Camera
 from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at
@@ -155,22 +156,30 @@ def scale_bytes(result: Comparison) -> dict[str, Any]:
     colors = paint.mapped(paint.MOVE_MAP, (np.arange(256) - _LOWEST) / (2 * half))
     colors[_UNKNOWN], colors[_NEUTRAL] = paint.NO_PARTNER, paint.NEUTRAL
     return {
-        "times": [float(f"{t:.6g}") for t in result.times],
+        "words": [_column_words(result, float(column)) for column in result.columns],
         "bytes": b64encode(np.ascontiguousarray(code.T).tobytes()).decode("ascii"),
         "palette": [to_hex(color) for color in colors],
     }
 
 
+def _column_words(result: Comparison, column: float) -> str:
+    """Where on its axis a column of the signature stands."""
+    if not result.methods.kind.per_time:
+        return f"{result.methods.kind.axis}: {column:.3g}"
+    radius = float(diffusion_radius(column))
+    return f"diffusion radius {radius:.3g} (time {column:.3g} length²)"
+
+
 def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
     """Signatures above, scaled change below: of the marked point and of the groups' medians."""
-    curves, times = curves_at(result, marked), result.times
+    curves, columns = curves_at(result, marked), result.columns
     at = "marked point" if marked is not None else "median of all nodes"
     figure = make_subplots(rows=2, cols=1, shared_xaxes=True, vertical_spacing=0.06)
 
     def add(row: int, values: Floats, name: str, line: dict[str, Any], legend: bool) -> None:
-        hover = "t = %{x:.3g}<br>%{y:.4g}" + (" %" if row == 2 else "")
+        hover = "%{x:.3g}: %{y:.4g}" + (" %" if row == 2 else "")
         figure.add_scatter(
-            x=_short(times),
+            x=_short(columns),
             y=_short(values),
             name=name,
             line=line,
@@ -182,7 +191,7 @@ def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
             col=1,
         )
 
-    _noise_band(figure, times, 100 * curves.noise)
+    _noise_band(figure, columns, 100 * curves.noise)
     groups = paint.node_samples(result).groups
     for group, color in enumerate(paint.group_colors(len(result.clusters.centers))):
         rows = groups == group
@@ -198,10 +207,10 @@ def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
     return _styled(figure, result)
 
 
-def _noise_band(figure: go.Figure, times: Floats, noise: Floats) -> None:
+def _noise_band(figure: go.Figure, columns: Floats, noise: Floats) -> None:
     known = np.nan_to_num(noise)
     figure.add_scatter(
-        x=_short(np.concatenate([times, times[::-1]])),
+        x=_short(np.concatenate([columns, columns[::-1]])),
         y=_short(np.concatenate([known, -known[::-1]])),
         name="noise floor",
         fill="toself",
@@ -216,12 +225,18 @@ def _noise_band(figure: go.Figure, times: Floats, noise: Floats) -> None:
 
 def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
     axis = {"gridcolor": "#e9edf0", "linecolor": "#59636e", "ticks": "outside", "zeroline": False}
-    figure.update_xaxes(type="log", tickvals=_ticks(result.times), **axis)
+    kind = result.methods.kind
+    name = kind.abbreviation
+    figure.update_xaxes(**axis)
+    if kind.logarithmic:
+        figure.update_xaxes(type="log", tickvals=_ticks(result.columns))
     figure.update_yaxes(**axis)
-    ticks = _ticks(result.base_signature[np.isfinite(result.base_signature)])
-    figure.update_yaxes(title_text="HKS (1 / length²)", type="log", tickvals=ticks, row=1)
-    figure.update_yaxes(title_text="scaled change (% of mean HKS)", row=2)
-    figure.update_xaxes(title_text="diffusion time t (length²)", row=2)
+    figure.update_yaxes(title_text=f"{name} ({kind.unit})", row=1)
+    known = result.base_signature[np.isfinite(result.base_signature)]
+    if (known > 0).all():
+        figure.update_yaxes(type="log", tickvals=_ticks(known), row=1)
+    figure.update_yaxes(title_text=f"scaled change (% of mean {name})", row=2)
+    figure.update_xaxes(title_text=kind.axis, row=2)
     figure.update_layout(
         template="none",
         font=_FONT,

@@ -77,13 +77,15 @@ def verdict(result: Comparison, half_share: float) -> str:
 def facts(result: Comparison) -> dict[str, str]:
     """Counts and choices that made the result, by name."""
     nodes, vertices = len(result.base.points), len(np.unique(result.base.corners))
-    times, choices = result.times, result.choices
+    columns, choices = result.columns, result.choices
     shape = "curved quadratic" if result.base.order == 2 else "flat linear"
     areas = result.base_pairs.area, result.perturbed_pairs.area
     return {
         "mesh": f"{vertices} vertices, {nodes} nodes, {shape} elements",
         "eigenpairs": str(len(result.base_pairs.values)),
-        "times": f"{len(times)}, {times[0]:.3g} to {times[-1]:.3g} (length²)",
+        "laplacian": str(choices.get("laplacian", "?")),
+        "signature": f"{result.methods.kind.title}, {len(columns)} columns, "
+        f"{result.methods.kind.axis} {columns[0]:.3g} to {columns[-1]:.3g}",
         "correspondence": f"{choices.get('correspondence', '?')}, "
         f"{percent(result.coverage)} of the nodes have a partner",
         "scaling": str(choices.get("scaling", "?")),

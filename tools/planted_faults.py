@@ -1,0 +1,255 @@
+"""Break each operator and signature on purpose, and see its tests fail.
+
+A test that cannot fail is decoration. Each fault below is planted alone into a copy of the
+package, the tests named beside it are run on that copy, and one of them must fail. Run by
+`make teeth`; ends with 1 if a fault survives, or if a line to break is not there any more.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+OPERATORS = "tests/contracts/test_laplacian.py"
+GRAPHS = "tests/test_laplacian_graphs.py"
+SIGNATURES = "tests/contracts/test_signature.py"
+BOUNDARIES = "tests/test_boundaries.py"
+EXACT = "tests/test_exact.py"
+PROPERTIES = "tests/test_properties.py"
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One line made wrong: what is wrong, where, the text before and after, tests to run."""
+
+    what: str
+    file: str
+    before: str
+    after: str
+    tests: tuple[str, ...]
+
+
+FAULTS = (
+    Fault(
+        "fem: area of the element missing",
+        "laplacian/_fem.py",
+        "measure = root * (weights / 2)",
+        "measure = np.ones_like(root) * (weights / 2)",
+        (OPERATORS,),
+    ),
+    Fault(
+        "fem: one-point mass",
+        "laplacian/_fem.py",
+        'mass = np.einsum("mq,qi,qj->mij", measure, values, values, optimize=True)',
+        "mass = measure.sum(axis=1)[:, None, None] * "
+        "np.full((values.shape[1],) * 2, values.shape[1] ** -2.0)",
+        (OPERATORS, EXACT),
+    ),
+    Fault(
+        "fem: metric not inverted",
+        "laplacian/_fem.py",
+        'inverse = np.linalg.inv(np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian))',
+        'inverse = np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian)',
+        (OPERATORS,),
+    ),
+    Fault(
+        "fem: lumped in equal shares",
+        "laplacian/_fem.py",
+        'diagonal = np.einsum("mii->mi", mass)',
+        "diagonal = np.ones(mass.shape[:2])",
+        (BOUNDARIES,),
+    ),
+    Fault(
+        "Dirichlet: the first rim node stays free",
+        "laplacian/_boundary.py",
+        "fixed[chosen] = True",
+        "fixed[chosen[1:]] = True",
+        (BOUNDARIES, EXACT),
+    ),
+    Fault(
+        "Dirichlet: area of the free nodes only",
+        "laplacian/_boundary.py",
+        "laplacian.nodes, laplacian.area)",
+        "laplacian.nodes)",
+        (BOUNDARIES,),
+    ),
+    Fault(
+        "cotangent: full weights",
+        "laplacian/_cotangent.py",
+        "cotangents.T.ravel() / 2",
+        "cotangents.T.ravel()",
+        (OPERATORS,),
+    ),
+    Fault(
+        "cotangent: obtuse triangles like others",
+        "laplacian/_cotangent.py",
+        "obtuse = products < 0",
+        "obtuse = products < -np.inf",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "graphs: scale without the factor 2",
+        "laplacian/_graph.py",
+        "(2 * sites.area / energy)",
+        "(sites.area / energy)",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "graphs: random walk without degrees",
+        "laplacian/_graph.py",
+        "graph.sum(axis=1) if random_walk else",
+        "np.ones(len(sites.points)) if random_walk else",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "graphs: heat weights of distances, not of squares",
+        "laplacian/_graph.py",
+        "np.exp(-squares / (heat * squares.mean()))",
+        "np.exp(-np.sqrt(squares / (heat * squares.mean())))",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "uniform graph: edges of even number only",
+        "laplacian/_uniform_graph.py",
+        "graph = weighted_graph(edges, np.ones(len(edges)), size)",
+        "graph = weighted_graph(edges, 1.0 + np.arange(len(edges)) % 2, size)",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "kNN graph: one neighbour less",
+        "laplacian/_knn_graph.py",
+        "tree.query(points, count + 1)",
+        "tree.query(points, count)",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "epsilon graph: radius squared",
+        "laplacian/_epsilon_graph.py",
+        "pairs = pairs_within(sites.points, reach)",
+        "pairs = pairs_within(sites.points, reach**2)",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "Belkin: kernel exp(-d^2 / 2h)",
+        "laplacian/_heat_kernel.py",
+        "/ (4 * time)) /",
+        "/ (2 * time)) /",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "Belkin: area of one end only",
+        "laplacian/_heat_kernel.py",
+        "sites.areas[pairs].prod(axis=1)",
+        "sites.areas[pairs[:, 0]] * sites.areas.mean()",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "point cloud: cells a third too large",
+        "laplacian/_sites.py",
+        "areas: Floats = cells * reach**2",
+        "areas: Floats = cells * reach**2 * 4 / 3",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "robust: mass not scaled back",
+        "laplacian/_robust.py",
+        "csr_array(mass * size**2)",
+        "csr_array(mass)",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "robust: weights twice",
+        "laplacian/_robust.py",
+        "weights = -(stiffness + stiffness.T).tocsr() / 2",
+        "weights = -(stiffness + stiffness.T).tocsr()",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "differential coordinates: area for degree",
+        "laplacian/_differential_coordinates.py",
+        "if per_area else",
+        "if not per_area else",
+        (OPERATORS, GRAPHS),
+    ),
+    Fault(
+        "heat kernel signature: first power of the eigenvector",
+        "signature/_heat_kernel.py",
+        "pairs.vectors**2",
+        "np.abs(pairs.vectors)",
+        (SIGNATURES,),
+    ),
+    Fault(
+        "heat kernel signature: twice the time",
+        "signature/_heat_kernel.py",
+        "decay = np.exp(-np.outer(",
+        "decay = np.exp(-2 * np.outer(",
+        (SIGNATURES,),
+    ),
+    Fault(
+        "unit area: vectors not scaled",
+        "records.py",
+        "vectors = self.vectors * np.sqrt(ratio)",
+        "vectors = self.vectors",
+        (BOUNDARIES,),
+    ),
+    Fault(
+        "rim: half the diffusion radius",
+        "rims.py",
+        "radius = 2 * np.sqrt(",
+        "radius = np.sqrt(",
+        (BOUNDARIES, EXACT),
+    ),
+)
+
+
+def survives(fault: Fault, folder: Path) -> str:
+    """Nothing if a test failed on the broken copy, else what happened."""
+    source = (ROOT / "src" / "isovary" / fault.file).read_text("utf-8")
+    if source.count(fault.before) != 1:
+        return f"the line stands there {source.count(fault.before)} times"
+    broken = folder / "isovary"
+    shutil.copytree(ROOT / "src" / "isovary", broken, ignore=shutil.ignore_patterns("__pycache__"))
+    (broken / fault.file).write_text(source.replace(fault.before, fault.after), "utf-8")
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *fault.tests]
+    done = subprocess.run(
+        command,
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(folder), "PYTHONDONTWRITEBYTECODE": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    failed = re.search(r"^FAILED (\S+)", done.stdout, re.MULTILINE)
+    if failed is None:
+        return f"pytest ended with {done.returncode}: {done.stdout.strip()[-200:]}"
+    print(f"found: {fault.what}\n       by {failed[1]}", flush=True)
+    return ""
+
+
+def main() -> None:
+    """Plant every fault; arguments choose those whose description holds one of them."""
+    chosen = [
+        fault
+        for fault in FAULTS
+        if not sys.argv[1:] or any(word in fault.what for word in sys.argv[1:])
+    ]
+    alive = 0
+    for fault in chosen:
+        with tempfile.TemporaryDirectory() as folder:
+            problem = survives(fault, Path(folder))
+        if problem:
+            alive += 1
+            print(f"NOT FOUND: {fault.what}\n       {problem}", flush=True)
+    print(f"{len(chosen) - alive} of {len(chosen)} planted faults found")
+    sys.exit(alive > 0)
+
+
+if __name__ == "__main__":
+    main()
