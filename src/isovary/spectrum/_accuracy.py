@@ -24,8 +24,9 @@ def times_resolved(values: Floats) -> Floats:
     They end where a Dirichlet boundary has let out all heat.
     """
     smallest = 4 * np.log(10) / max(values[-1], UNIT)
-    times: Floats = smallest * 4.0 ** np.arange(10)
-    return times[values.min() * times <= _COOLED]
+    times = smallest * 4.0 ** np.arange(10)
+    warm: Floats = times[values.min() * times <= _COOLED]
+    return warm
 
 
 def signature_error(values: Floats, directions: Floats) -> float:

@@ -83,7 +83,8 @@ def draw_change(axes: Axes, result: Comparison, curves: Curves) -> None:
         _round_ticks(axes.xaxis)
     if not np.nan_to_num(curves.change).any():
         axes.set_ylim(-1, 1)
-        axes.text(0.5, 0.62, "0 everywhere", transform=axes.transAxes, ha="center")
+        words = "0 at every time" if kind.per_time else "0 in every column"
+        axes.text(0.5, 0.62, words, transform=axes.transAxes, ha="center")
     else:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + 0.22 * (high - low))  # room for the legend above the curve
