@@ -46,54 +46,63 @@ def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
     tuple of str
         Notes on known faults end with their code.
     """
-    notes = []
-    carried = result.choices["correspondence"] == "carried"
+    return (*_motion(result), *_noise(result, wanted_noise), *_shape(result), *_pairs(result))
+
+
+def _motion(result: Comparison) -> Iterator[str]:
     if result.motion.share > _RIGID_SHARE:
         shift = np.linalg.norm(result.motion.translation)
         turn = np.degrees(np.linalg.norm(result.motion.rotation))
-        notes.append(
+        yield (
             f"A rigid motion (shift {shift:.3g}, turn {turn:.2g} degrees) explains "
             f"{result.motion.share:.0%} of the squared displacement. A rigid motion changes no "
             "intrinsic shape, but along normals it slides corresponding points: part of the change "
             "may be false. If the two runs do not share one frame of reference, align them first."
         )
+
+
+def _noise(result: Comparison, wanted: float) -> Iterator[str]:
+    carried = result.choices["correspondence"] == "carried"
     if not result.change.any():
-        notes.append("The two isosurfaces are identical: no change at all. [C06]")
+        yield "The two isosurfaces are identical: no change at all. [C06]"
     elif not result.significant.any():
-        notes.append("The change is nowhere twice the noise floor: nothing is shown as change.")
-    elif result.relative_noise > wanted_noise:
-        notes.append(
+        yield "The change is nowhere twice the noise floor: nothing is shown as change."
+    elif result.relative_noise > wanted:
+        yield (
             f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for "
             + ("more vertices" if carried else "carried meshes")
             + " to see finer."
         )
     samples = result.choices["noise_of_the_samples"]
-    if isinstance(samples, float) and not samples <= wanted_noise:
+    if isinstance(samples, float) and not samples <= wanted:
         size = f"cause {samples:.0%} of the change (rms)" if samples == samples else "are too few"
-        notes.append(f"The samples of the fields {size}: only a finer grid tells more.")
+        yield f"The samples of the fields {size}: only a finer grid tells more."
+
+
+def _shape(result: Comparison) -> Iterator[str]:
     if result.topology.components > 1:
-        notes.append(f"The isosurface has {result.topology.components} components. [I06]")
+        yield f"The isosurface has {result.topology.components} components. [I06]"
     if result.topology.boundary_loops > 0:
-        notes.append(
+        yield (
             f"The isosurface leaves the box: {result.topology.boundary_loops} rim(s). "
             + _rim_words(result)
             + " [I05]"
         )
     if result.coverage < 1:
         lost = int((~result.correspondence.found).sum())
-        notes.append(f"{lost} nodes found no partner; they are grey, not unchanged. [C02]")
+        yield f"{lost} nodes found no partner; they are grey, not unchanged. [C02]"
+
+
+def _pairs(result: Comparison) -> Iterator[str]:
     if result.methods.kind.short == "gps":
-        notes.append(
+        yield (
             "The columns of the global point signature are eigenfunctions: their signs, and their "
             "rotation where eigenvalues nearly agree, are arbitrary on both surfaces. Most of this "
             "change is false. [S09]"
         )
     used = len(result.base_pairs.values)
     if used < result.choices["pairs"]:  # type: ignore[operator]
-        notes.append(
-            f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"
-        )
-    return tuple(notes)
+        yield f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"
 
 
 def _rim_words(result: Comparison) -> str:
