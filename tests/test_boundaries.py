@@ -136,3 +136,34 @@ def test_pairs_scaled_to_another_area():
     np.testing.assert_allclose(scaled.values, direct.values, rtol=1e-10, atol=1e-12)
     first, second = (iv.heat_kernel_signature(p, times) for p in (scaled, direct))
     np.testing.assert_allclose(first, second, rtol=1e-10)
+
+
+def test_a_mask_is_no_list_of_nodes():
+    """Oracle: algebra. As indices a mask would fix nodes 0 and 1."""
+    laplacian = iv.fem(strip(1))
+    for wrong in (np.zeros(10, dtype=bool), [1.7]):
+        with pytest.raises(iv.ArgumentError, match=r"nodes: expected indices.*flatnonzero.*A03"):
+            iv.fix_nodes(laplacian, wrong)
+    assert iv.fix_nodes(laplacian, []).unknowns.tolist() == list(range(10))
+
+
+@pytest.mark.parametrize("times", [[-1.0], [np.nan, 1.0]])
+def test_negative_times_are_refused(times):
+    """Oracle: algebra. Heat does not flow back."""
+    pairs = iv.eigenpairs(iv.fem(strip(1)), 4)
+    for use in (
+        lambda: iv.heat_kernel_signature(pairs, times),
+        lambda: iv.heat_kernel(pairs, times, [0]),
+        lambda: iv.near_rim(strip(1), times),
+    ):
+        with pytest.raises(iv.ArgumentError, match="times: expected none below 0"):
+            use()
+
+
+def test_a_sliver_is_integrated_and_not_inverted():
+    """Oracle: analytic. Height e: cotangents (1 / 2 e of both long sides), to rounding."""
+    height = 1e-10
+    sliver = iv.Surface([[0, 0, 0], [1, 0, 0], [0.5, height, 0]], [[0, 1, 2]])
+    stiffness = iv.fem(sliver).stiffness.toarray()
+    assert stiffness[2, 2] == pytest.approx(1 / (2 * height), rel=1e-6)
+    np.testing.assert_allclose(stiffness.sum(axis=1), 0, atol=1e-5)

@@ -12,6 +12,7 @@ import pytest
 from conftest import ellipsoid_field
 from contracts.test_laplacian import METHODS
 from contracts.test_signature import METHODS as SIGNATURES
+from oracles import hemisphere_signature
 
 import isovary as iv
 from isovary import cli
@@ -160,3 +161,103 @@ def test_dirichlet_is_refused_where_there_is_none(tmp_path):
     )
     assert done.returncode == 2
     assert "boundary: expected natural with --laplacian knn-graph, got dirichlet" in done.stderr
+
+
+def test_each_component_is_compared_with_itself():
+    """Oracle: analytic. A droplet grown by 1 % beside a ball that stays: 2 % at late times.
+
+    At late times the signature of a component is 1 / its area, so the droplet's change is
+    1 - 1 / 1.01^2 of its own mean; against the mean of both it would be 10 times as much.
+    """
+
+    def drop(radius):
+        def value(p):
+            ball, small = (np.linalg.norm(p - [x, 0, 0], axis=-1) for x in (-0.4, 1.1))
+            return np.maximum(1.0 - ball, radius - small)
+
+        return iv.ScalarField.from_function(
+            value, ((-1.6, -1.3, -1.3), (1.6, 1.3, 1.3)), (49, 40, 40)
+        )
+
+    result = iv.compare(drop(0.35), drop(0.3535), 0.0, vertices=500, pairs=50, times=20)
+    on_drop = result.base.points[:, 0] > 0.7
+    np.testing.assert_allclose(result.change[on_drop, -1], 1 - 1.01**-2, rtol=0.05)
+    assert np.abs(result.change[~on_drop, -1]).max() < 1e-3
+    assert any("relative to its own mean" in note for note in result.notes)
+
+
+def test_a_graph_of_edges_cannot_be_carried():
+    """Oracle: algebra. The edges of a carried mesh are the base's: refused; rays may use it."""
+    with pytest.raises(iv.ArgumentError, match=r"laplacian: expected .* sees lengths.*A02"):
+        small(ball(1.0), ball(1.1), laplacian=partial(iv.uniform_graph, nearest=4))
+    result = small(ball(1.0), ball(1.1), laplacian=iv.uniform_graph, correspondence=iv.normal_rays)
+    assert any("[L02]" in note for note in result.notes)
+    assert np.abs(result.unit_area_change).mean() < 0.2 * np.abs(result.change).mean()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("laplacian", "cotangent"),
+        ("signature", "wave_kernel_signature"),
+        ("correspondence", "normal_rays"),
+    ],
+)
+def test_words_are_no_methods(name, value):
+    """Oracle: algebra. The text shows the function to give instead."""
+    with pytest.raises(iv.ArgumentError, match=rf"{name}: expected a function such as .*{value}"):
+        small(ball(1.0), ball(1.1), **{name: value})
+
+
+def test_noise_floors_are_made_with_the_same_methods(monkeypatch):
+    """Oracle: algebra. Two levels and the samples' floor, both surfaces each; order 1 for h^2."""
+    from isovary import levels
+
+    orders, calls = [], []
+    own = levels.noise_floor
+
+    def noted(*args, **options):
+        orders.append(options["order"])
+        return own(*args, **options)
+
+    def operator(surface):
+        calls.append(len(surface.points))
+        return iv.cotangent(surface)
+
+    monkeypatch.setattr(levels, "noise_floor", noted)
+    small(ball(1.0, 1.2), ball(1.0, 1.25), laplacian=operator, order=2)
+    assert len(calls) == 8  # base and perturbed: two meshes, all samples and every other
+    assert set(orders) == {1}
+
+
+def test_dirichlet_change_of_a_cut_sphere():
+    """Oracle: analytic. A half sphere grown by 10 %, its rim held at 0: none at one area.
+
+    The image formula gives the hemisphere's signature; near the rim it vanishes with its
+    change. The perturbed pairs start from the base's, which are 0 on the rim as well.
+    """
+
+    def half(radius):
+        return iv.ScalarField.from_function(
+            lambda p: -((p / radius) ** 2).sum(axis=-1),
+            ((-1.5, -1.5, 0), (1.5, 1.5, 1.5)),
+            (25, 25, 13),
+        )
+
+    options = {"laplacian": partial(iv.fem, dirichlet=True), "order": 2, "vertices": 400}
+    result = small(half(1.0), half(1.1), **options, pairs=100)
+    z = result.base.points[:, 2]
+    exact = hemisphere_signature(z, result.times, -1)
+    scale = exact.mean()
+    np.testing.assert_allclose(result.base_signature, exact, atol=0.05 * scale)
+    assert result.perturbed_pairs.solver == "from start"
+    assert np.abs(result.change).max() > 0.03
+    assert np.abs(result.unit_area_change).max() < 1e-3
+    assert not result.change[z < 1e-9].any()
+
+
+def test_near_rim_needs_times():
+    """Oracle: algebra. Energies are no times."""
+    result = small(ball(1.0), ball(1.0), signature=iv.wave_kernel_signature)
+    with pytest.raises(iv.ArgumentError, match="near_rim: expected a signature over times"):
+        _ = result.near_rim

@@ -435,3 +435,31 @@ def test_a_matrix_without_pivots_on_its_diagonal_is_refused():
     """Oracle: algebra. [[0, 1], [1, 0]] has no L D L^T; its signs would mean nothing."""
     with pytest.raises(iv.SpectrumError, match="S01"):
         count_below(csr_array([[0.0, 1.0], [1.0, 0.0]]), csr_array(np.eye(2)), 0.0)
+
+
+@pytest.mark.parametrize("wanted", [50.0, 200.0])
+@pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
+def test_next_shift_between_two_counts_follows_the_power(power, wanted):
+    """Oracle: analytic. counts = 10 s^power: the shift that leaves ``wanted`` below it."""
+    tried = [(s, round(10 * s**power)) for s in (1.0, 10_000.0)]
+    found = _lanczos._next_shift(tried, wanted)
+    assert found == pytest.approx((wanted / 10) ** (1 / power), rel=1e-3)
+
+
+def test_strip_with_fixed_sides():
+    """Oracle: peer. The spectrum begins far from 0 and lies close: SciPy finds the same.
+
+    1 : 400, so at unit area the first eigenvalue is 400 pi^2, and the next ones lie 1e-5 apart.
+    The shift is found in the middle of them.
+    """
+    from scipy.sparse.linalg import eigsh
+
+    laplacian = iv.fem(iv.sheet(1.0, 400.0, (3, 900), order=1), dirichlet=True)
+    found = iv.eigenpairs(laplacian, 40)
+    assert found.solver == "Lanczos"
+    sigma = 0.999 * found.values[0]
+    peer = eigsh(laplacian.stiffness, 40, laplacian.mass, sigma=sigma, return_eigenvectors=False)
+    np.testing.assert_allclose(found.values[:40], np.sort(peer), rtol=1e-9)
+    unit = laplacian.mass / laplacian.area
+    operator = _lanczos._middle(laplacian.stiffness, unit, 40)
+    assert 0 < operator.below <= 32

@@ -23,7 +23,7 @@ from .errors import (
     RunError,
     SpectrumError,
 )
-from .geometry import Topology, topology
+from .geometry import Topology, rim_nodes, topology
 from .io import read_field, read_surface
 from .laplacian import (
     cotangent,
@@ -123,6 +123,7 @@ __all__ = [
     "read_surface",
     "rigid_part",
     "rim_distance",
+    "rim_nodes",
     "robust",
     "sampling_floor",
     "scale_invariant_heat_kernel_signature",

@@ -130,7 +130,16 @@ class Comparison:
 
     @property
     def near_rim(self) -> Bools:
-        """Mask (n, T) where a rim shows in the heat kernel signature: within 2 sqrt(t) of it."""
+        """Mask (n, T) where a rim shows in the heat kernel signature: within 2 sqrt(t) of it.
+
+        ArgumentError A02 for a signature whose columns are no diffusion times.
+        """
+        if not self.methods.kind.per_time:
+            raise ArgumentError(
+                "A02",
+                f"near_rim: expected a signature over times, got {self.methods.kind.title}; use "
+                "isovary.near_rim(result.base, times) with times of your own",
+            )
         return near_rim(self.base, self.times)
 
     @property
@@ -232,7 +241,8 @@ def compare(
     CorrespondenceError
         C01 if the two isosurfaces differ in topology, C02 if too many nodes find no partner.
     ArgumentError
-        M09 if the coarser mesh has too few nodes for the eigenpairs; A02 for other values.
+        M09 if the coarser mesh has too few nodes for the eigenpairs; A02 for other values,
+        and for ``uniform_graph`` with a carried mesh; A03 for methods that are no functions.
     MeshError, SpectrumError
         From the meshing and the eigensolve.
 
@@ -261,6 +271,7 @@ def compare(
     _check_fields(base, perturbed, isovalue)
     _check(vertices, order, pairs, times, groups)
     walk, methods = Walk(progress), Methods(laplacian, signature)
+    _check_methods(methods, correspondence)
     with walk.stage("interpolation"):
         base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
     solve = partial(
@@ -355,6 +366,34 @@ def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int
             f"vertices: expected at least {least} for {pairs} eigenpairs on this mesh and on the "
             f"coarser one of the noise floor, got {vertices}; ask for more, or for fewer pairs",
         )
+
+
+def _check_methods(methods: Methods, correspondence: Match | None) -> None:
+    """Methods are functions, and see what a carried mesh changes."""
+    for name, method in (
+        ("laplacian", methods.laplacian),
+        ("signature", methods.signature),
+        ("correspondence", correspondence),
+    ):
+        if method is not None and not callable(method):
+            raise ArgumentError(
+                "A03",
+                f"{name}: expected a function such as isovary.{_EXAMPLES[name]}, got {method!r}",
+            )
+    if correspondence is None and not methods.sees_lengths:
+        raise ArgumentError(
+            "A02",
+            "laplacian: expected an operator that sees lengths for a carried mesh, got "
+            "uniform_graph, which sees only its edges, the same on both surfaces; use "
+            "correspondence=normal_rays, or another operator",
+        )
+
+
+_EXAMPLES = {
+    "laplacian": "cotangent",
+    "signature": "wave_kernel_signature",
+    "correspondence": "normal_rays",
+}
 
 
 def _fields_said(base: ScalarField, perturbed: ScalarField) -> dict[str, object]:

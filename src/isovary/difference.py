@@ -109,9 +109,10 @@ def signature_difference(
     ----------
     base, perturbed : array (n, T)
         Signatures at corresponding points; NaN rows where there is no partner.
-    scale : array (T,)
+    scale : array (T,) or (n, T)
         Positive weights of the base, such as :func:`heat_trace_scale` or
-        :func:`mean_size`. The same for both surfaces, or uniform growth would vanish.
+        :func:`mean_size`; a row for each node where the pieces of a surface have their own.
+        The same for both surfaces, or uniform growth would vanish.
     parameter_step : float
         Change of the simulation's parameter, to get a derivative.
 
@@ -134,10 +135,10 @@ def signature_difference(
     >>> signature_difference(np.array([[3.0, 2.0]]), np.array([[2.0, 2.0]]), np.array([4.0, 2.0]))
     array([[0.25, 0.  ]])
     """
-    if base.shape != perturbed.shape or base.shape[1:] != scale.shape:
+    if base.shape != perturbed.shape or scale.shape not in (base.shape, base.shape[1:]):
         raise ArgumentError(
             "A03",
-            "signatures: expected equal shapes (n, T) and a scale (T,), got "
+            "signatures: expected equal shapes (n, T) and a scale (T,) or (n, T), got "
             f"{base.shape}, {perturbed.shape} and {scale.shape}",
         )
     if not (scale > 0).all() or parameter_step == 0:

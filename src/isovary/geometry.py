@@ -332,6 +332,18 @@ def components(triangles: Ints) -> Ints:
     return labels[local[:, 0]]
 
 
+def node_components(triangles: Ints) -> Ints:
+    """Number of the connected component of each node, numbered from 0.
+
+    Returns
+    -------
+    array (n,)
+    """
+    parts = np.empty(int(triangles.max()) + 1, dtype=np.int64)
+    parts[triangles] = components(triangles)[:, None]
+    return parts
+
+
 def topology(triangles: Ints) -> Topology:
     """Components, boundary loops, Euler characteristic and genus of a mesh.
 

@@ -162,8 +162,9 @@ def make_level(
             f"{partners.found.mean():.0%}; the surfaces are too far apart",
         )
     with walk.stage("eigenpairs of the base", vertices / 2):
-        asked = with_spare(pairs, len(surface.points)) if match is None else pairs
-        more = eigenpairs(methods.laplacian(surface), asked)
+        operator = methods.laplacian(surface)
+        asked = with_spare(pairs, len(operator.unknowns)) if match is None else pairs
+        more = eigenpairs(operator, asked)
         first = drop_cut_multiplet(first_pairs(more, pairs))
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
         count = len(first.values)

@@ -6,9 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
+import numpy as np
+
 from .difference import heat_trace_scale, mean_size
-from .geometry import Floats, node_areas
-from .laplacian import fem
+from .geometry import Floats, node_areas, node_components
+from .laplacian import epsilon_graph, fem, knn_graph, uniform_graph
 from .records import Eigenpairs, Laplacian, Surface
 from .signature import SignatureKind, heat_kernel_signature, signature_kind
 
@@ -42,23 +44,51 @@ class Methods:
     def scale(
         self, surface: Surface, pairs: Eigenpairs, signature: Floats, samples: Floats
     ) -> Floats:
-        """Mean size (T,) of a base's signature, by which its change is divided."""
-        if self.signature is heat_kernel_signature:
+        """Mean size of a base's signature, by which its change is divided.
+
+        (T,) for a surface in one piece; (n, T) for one of several, each divided by its own
+        mean: a small piece has a large signature, and would drown the others.
+        """
+        parts = node_components(surface.triangles)
+        if parts.max() == 0 and self._is_heat:
             return heat_trace_scale(pairs, samples)
-        return mean_size(signature, node_areas(surface.points, surface.triangles))
+        areas = node_areas(surface.points, surface.triangles)
+        means = [
+            mean_size(signature[parts == k], areas[parts == k]) for k in range(parts.max() + 1)
+        ]
+        return means[0] if len(means) == 1 else np.stack(means)[parts]
 
     @property
     def scaling(self) -> str:
         """What the change is divided by, in words."""
-        if self.signature is heat_kernel_signature:
-            return "base heat trace per unit area"
-        return "mean size of the base's signature, column by column"
+        if self._is_heat:
+            return "base heat trace per unit area, of each component"
+        return "mean size of the base's signature, column by column, of each component"
+
+    @property
+    def _is_heat(self) -> bool:
+        return _function(self.signature) is heat_kernel_signature
+
+    @property
+    def sees_lengths(self) -> bool:
+        """Whether the operator changes when a mesh is carried; the edges alone do not."""
+        return _function(self.laplacian) is not uniform_graph
+
+    @property
+    def biased(self) -> bool:
+        """Whether the operator errs alike on all meshes, which no noise floor shows."""
+        return _function(self.laplacian) in (uniform_graph, knn_graph, epsilon_graph)
+
+    @property
+    def fixed(self) -> bool:
+        """Whether the functions are held at 0 on rims."""
+        return bool(getattr(self.laplacian, "keywords", {}).get("dirichlet", False))
 
     def order(self, surface: Surface) -> int:
         """Power of the number of vertices with which the discretization's error falls.
 
-        The elements' order for consistent finite elements; 1, that is h^2, is the best that
-        any other operator of this package reaches.
+        The elements' order for consistent finite elements; 1, that is h^2, for the others.
+        Graphs do not reach it: see ``biased``.
         """
         return surface.order if _function(self.laplacian) is fem and not self._lumped else 1
 

@@ -181,7 +181,8 @@ def _carried_change(
     first, at_first = carry(surface, base, isovalue)
     second, at_second = carry(surface, perturbed, isovalue)
     known = at_first.found & at_second.found
-    more = eigenpairs(methods.laplacian(first), with_spare(pairs, len(first.points)))
+    operator = methods.laplacian(first)
+    more = eigenpairs(operator, with_spare(pairs, len(operator.unknowns)))
     there = eigenpairs(methods.laplacian(second), pairs, start=more).truncate(pairs)
     here = more.truncate(pairs)
     before, after = (methods.signature(p, samples) for p in (here, there))

@@ -17,18 +17,21 @@ _RIGID_SHARE = 0.25
 
 @contextmanager
 def noted_warnings() -> Iterator[list[str]]:
-    """Collect the texts of UserWarnings, each once, to become notes; others pass."""
+    """Collect the texts of UserWarnings, the first of each code, to become notes; others pass."""
     texts: list[str] = []
+    codes = set()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
         yield texts
     for warning in caught:
+        text = str(warning.message)
         if warning.category is not UserWarning:
             warnings.warn_explicit(
                 warning.message, warning.category, warning.filename, warning.lineno
             )
-        elif str(warning.message) not in texts:
-            texts.append(str(warning.message))
+        elif text[-5:] not in codes:
+            codes.add(text[-5:])
+            texts.append(text)
 
 
 def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
@@ -46,7 +49,30 @@ def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
     tuple of str
         Notes on known faults end with their code.
     """
-    return (*_motion(result), *_noise(result, wanted_noise), *_shape(result), *_pairs(result))
+    return (
+        *_methods(result),
+        *_motion(result),
+        *_noise(result, wanted_noise),
+        *_shape(result),
+        *_pairs(result),
+    )
+
+
+def _methods(result: Comparison) -> Iterator[str]:
+    methods = result.methods
+    if methods.kind.short == "gps":
+        yield (
+            "The columns of the global point signature are eigenfunctions: their signs, and their "
+            "rotation where eigenvalues nearly agree, are arbitrary on both surfaces. Most of this "
+            "change is false. [S09]"
+        )
+    if methods.biased:
+        yield (
+            f"The operator {result.choices['laplacian']} errs on every mesh alike, and the noise "
+            "floor does not hold that: compare with fem before you trust this change. [L02]"
+        )
+    if methods.fixed and result.topology.boundary_loops == 0:
+        yield "The isosurface is closed: there is no rim for the Dirichlet boundary. [I05]"
 
 
 def _motion(result: Comparison) -> Iterator[str]:
@@ -81,7 +107,10 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
 
 def _shape(result: Comparison) -> Iterator[str]:
     if result.topology.components > 1:
-        yield f"The isosurface has {result.topology.components} components. [I06]"
+        yield (
+            f"The isosurface has {result.topology.components} components; the change of each is "
+            "relative to its own mean signature. [I06]"
+        )
     if result.topology.boundary_loops > 0:
         yield (
             f"The isosurface leaves the box: {result.topology.boundary_loops} rim(s). "
@@ -91,15 +120,15 @@ def _shape(result: Comparison) -> Iterator[str]:
     if result.coverage < 1:
         lost = int((~result.correspondence.found).sum())
         yield f"{lost} nodes found no partner; they are grey, not unchanged. [C02]"
+    silent = np.isnan(result.change).any(axis=1) & result.correspondence.found
+    if silent.any():
+        yield (
+            f"{silent.sum()} nodes have no signature, on a rim where all is 0 or with a partner "
+            "there; they are grey, not unchanged. [C02]"
+        )
 
 
 def _pairs(result: Comparison) -> Iterator[str]:
-    if result.methods.kind.short == "gps":
-        yield (
-            "The columns of the global point signature are eigenfunctions: their signs, and their "
-            "rotation where eigenvalues nearly agree, are arbitrary on both surfaces. Most of this "
-            "change is false. [S09]"
-        )
     used = len(result.base_pairs.values)
     if used < result.choices["pairs"]:  # type: ignore[operator]
         yield f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"
@@ -107,8 +136,7 @@ def _pairs(result: Comparison) -> Iterator[str]:
 
 def _rim_words(result: Comparison) -> str:
     """What a rim does to the signature, and on how many nodes."""
-    fixed = "dirichlet=True" in str(result.choices["laplacian"])
-    words = "is 0 at a rim" if fixed else "doubles at a rim at small times"
+    words = "is 0 at a rim" if result.methods.fixed else "doubles at a rim at small times"
     if result.methods.kind.short != "hks":
         return "The surface ends there, and near it the signature shows that."
     near = result.near_rim.mean(axis=0)

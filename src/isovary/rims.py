@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .errors import ArgumentError
 from .geometry import EDGES, Bools, Floats, edges_of
 from .records import Surface
 
@@ -82,6 +83,11 @@ def near_rim(surface: Surface, times: ArrayLike) -> Bools:
     array of bool (n, T)
         True where the node lies within 2 sqrt(t) of a rim; all False on a closed surface.
 
+    Raises
+    ------
+    ArgumentError
+        A02 for times below 0 or NaN.
+
     Notes
     -----
     Cost: that of :func:`rim_distance`.
@@ -101,6 +107,9 @@ def near_rim(surface: Surface, times: ArrayLike) -> Bools:
     >>> near_rim(fan, [0.24, 0.26])[0].tolist()
     [False, True]
     """
-    radius = 2 * np.sqrt(np.asarray(times, dtype=float))
+    moments = np.asarray(times, dtype=float)
+    if not (moments >= 0).all():
+        raise ArgumentError("A02", f"times: expected none below 0, got {np.nanmin(moments):g}")
+    radius = 2 * np.sqrt(moments)
     near: Bools = rim_distance(surface)[:, None] < radius
     return near

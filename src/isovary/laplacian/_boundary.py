@@ -13,13 +13,14 @@ def fix_nodes(laplacian: Laplacian, nodes: ArrayLike) -> Laplacian:
     """The same operator on the functions that are 0 at the given nodes (Dirichlet boundary).
 
     The rows and columns of these nodes are left out, so the eigenvalues can only grow, and
-    none is 0 on a component that has a fixed node. Every signature is 0 there.
+    none is 0 on a component that has a fixed node. The eigenvectors are 0 there, and so are
+    the heat and the wave kernel.
 
     Parameters
     ----------
     laplacian : Laplacian
     nodes : array of int
-        Nodes to fix, such as :func:`isovary.geometry.rim_nodes` of an open surface. May be
+        Nodes to fix, such as :func:`isovary.rim_nodes` of an open surface. May be
         empty; nodes that are fixed already stay so.
 
     Returns
@@ -30,7 +31,7 @@ def fix_nodes(laplacian: Laplacian, nodes: ArrayLike) -> Laplacian:
     Raises
     ------
     ArgumentError
-        A02 for an index that is no node, or if no unknown is left.
+        A02 for an index that is no node, or if no unknown is left; A03 for a mask.
 
     References
     ----------
@@ -48,7 +49,14 @@ def fix_nodes(laplacian: Laplacian, nodes: ArrayLike) -> Laplacian:
     Laplacian(4 nodes, 3 fixed at 0, 1 entries)
     """
     fixed = np.zeros(laplacian.nodes, dtype=bool)
-    chosen = np.asarray(nodes, dtype=np.int64)
+    chosen = np.asarray(nodes)
+    if chosen.size and chosen.dtype.kind not in "iu":
+        raise ArgumentError(
+            "A03",
+            f"nodes: expected indices, got dtype {chosen.dtype}; np.flatnonzero(mask) makes them "
+            "of a mask",
+        )
+    chosen = chosen.astype(np.int64)
     if ((chosen < 0) | (chosen >= laplacian.nodes)).any():
         raise ArgumentError(
             "A02",

@@ -39,7 +39,8 @@ def differential_coordinates(
     Raises
     ------
     ArgumentError
-        A03 for points that are not (n, 3) of the operator's nodes, or fixed nodes.
+        A02 for ``per_area`` with a mass that is not diagonal; A03 for points that are not
+        (n, 3) of the operator's nodes, or fixed nodes.
 
     Notes
     -----
@@ -73,6 +74,12 @@ def differential_coordinates(
             f"got {places.shape} and {laplacian.nodes - size} fixed",
         )
     stiffness = laplacian.stiffness
+    if per_area and laplacian.mass.nnz > size:
+        raise ArgumentError(
+            "A02",
+            "laplacian: expected a diagonal mass with per_area, got a consistent one, whose row "
+            "sums are no areas; use cotangent, or fem(surface, lumped=True) of order 1",
+        )
     force = stiffness @ (places - places.mean(axis=0))
     share = laplacian.mass.sum(axis=1) if per_area else stiffness.diagonal()
     coordinates: Floats = force / share[:, None]

@@ -100,6 +100,10 @@ def epsilon_graph(
     pairs = pairs_within(sites.points, reach)
     weights = heat_weights(squared_lengths(sites.points, pairs), heat)
     graph = weighted_graph(pairs, weights, len(sites.points))
-    check_parts(graph, sites, more="use a larger radius", less="use a smaller radius")
+    check_parts(graph, sites, more=_remedy, less="use a smaller radius")
     warn_if_graded(sites)
     return graph_laplacian(graph, sites, random_walk)
+
+
+def _remedy(radius: float) -> str:
+    return f"it connects from the radius {radius:.4g} on, unless heat is tiny"

@@ -85,8 +85,9 @@ def fem(surface: Surface, *, lumped: bool = False, dirichlet: bool = False) -> L
     jacobian = tangents(surface.points, surface.triangles, barycentric)
     root = _metric_root(jacobian)
     measure = root * (weights / 2)
-    inverse = np.linalg.inv(np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian))
-    tensor = inverse * measure[..., None, None]
+    metric = np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian)
+    adjugate = metric[..., ::-1, ::-1] * [[1.0, -1.0], [-1.0, 1.0]]  # det G = root^2
+    tensor = adjugate * (measure / root**2)[..., None, None]
     stiffness = np.einsum(
         "qik,mqkl,qjl->mij", by_barycentric, tensor, by_barycentric, optimize=True
     )

@@ -9,6 +9,7 @@ tangent plane has trace 2, and constants have the mass integral 1 = area.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -88,8 +89,11 @@ def pairs_within(points: Floats, radius: float) -> Ints:
     return pairs.astype(np.int64).reshape(-1, 2)
 
 
-def check_parts(graph: csr_array, sites: Sites, *, more: str, less: str) -> None:
-    """Raise SpectrumError S08 unless the graph has the same components as the surface."""
+def check_parts(graph: csr_array, sites: Sites, *, more: Callable[[float], str], less: str) -> None:
+    """Raise SpectrumError S08 unless the graph has the same components as the surface.
+
+    ``more`` says what helps where edges are missing, from the length that they must reach.
+    """
     from scipy.sparse.csgraph import connected_components
 
     wanted = int(sites.parts.max()) + 1
@@ -106,8 +110,7 @@ def check_parts(graph: csr_array, sites: Sites, *, more: str, less: str) -> None
         radius = 1.001 * connecting_radius(sites)
         raise SpectrumError(
             "S08",
-            f"graph: expected {wanted} component(s), got {found}; {more}; an epsilon graph "
-            f"connects from the radius {radius:.4g} on",
+            f"graph: expected {wanted} component(s), got {found}; {more(radius)}",
         )
 
 

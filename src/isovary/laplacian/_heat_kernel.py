@@ -35,7 +35,7 @@ def heat_kernel_laplacian(sites: Sites, time: float) -> Laplacian:
     check_parts(
         graph,
         sites,
-        more=f"use a time of more than {time:.4g}",
+        more=lambda radius: f"use a time of at least {radius**2 / (4 * CUT):.4g}",
         less=f"use a time of less than {time:.4g}",
     )
     return Laplacian(graph_stiffness(graph), diags_array(sites.areas).tocsr())

@@ -98,9 +98,16 @@ def knn_graph(
     pairs = _nearest_pairs(sites.points, neighbours)
     weights = heat_weights(squared_lengths(sites.points, pairs), heat)
     graph = weighted_graph(pairs, weights, size)
-    check_parts(graph, sites, more="use more neighbours", less="use fewer neighbours")
+    check_parts(graph, sites, more=_remedy, less="use fewer neighbours")
     warn_if_graded(sites)
     return graph_laplacian(graph, sites, random_walk)
+
+
+def _remedy(radius: float) -> str:
+    return (
+        "use more neighbours or a larger heat; an epsilon graph connects from the radius "
+        f"{radius:.4g} on"
+    )
 
 
 def _nearest_pairs(points: Floats, count: int) -> Ints:

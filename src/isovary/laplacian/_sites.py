@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError, MeshError
-from ..geometry import Floats, Ints, components, edges_of, linear_triangles, node_areas
+from ..geometry import Floats, Ints, edges_of, linear_triangles, node_areas, node_components
 from ..records import Surface
 
+_FEWEST = 8  # bare points: six around one, and another
 NEIGHBOURS = 20
 """Neighbours for the tangent plane of a bare point.
 
@@ -51,7 +52,16 @@ class Sites:
 
 def sites_of(surface: Surface | ArrayLike) -> Sites:
     """The sites of a surface, or of bare points (n, 3)."""
-    return _surface_sites(surface) if isinstance(surface, Surface) else cloud_sites(surface)
+    if isinstance(surface, Surface):
+        return _surface_sites(surface)
+    points = _checked(surface)
+    if len(points) < _FEWEST:
+        raise ArgumentError(
+            "A02",
+            f"points: expected at least {_FEWEST} to estimate their area, got {len(points)}; give "
+            "a Surface",
+        )
+    return cloud_sites(points, min(NEIGHBOURS, len(points) - 1))
 
 
 def cloud_sites(cloud: Surface | ArrayLike, neighbours: int = NEIGHBOURS) -> Sites:
@@ -62,7 +72,11 @@ def cloud_sites(cloud: Surface | ArrayLike, neighbours: int = NEIGHBOURS) -> Sit
     areas = cloud_areas(points, neighbours)
     grain = cKDTree(points).query(points, neighbours + 1)[0][:, -1] ** 2
     spacing = float(np.sqrt(2 / 3**0.5 * areas.mean()))
-    parts = _parts(cloud) if isinstance(cloud, Surface) else np.zeros(len(points), dtype=np.int64)
+    parts = (
+        node_components(cloud.triangles)
+        if isinstance(cloud, Surface)
+        else np.zeros(len(points), dtype=np.int64)
+    )
     return Sites(points - points.mean(axis=0), areas, float(areas.sum()), grain, spacing, parts)
 
 
@@ -73,15 +87,9 @@ def _surface_sites(surface: Surface) -> Sites:
     grain = areas / np.bincount(flat.ravel(), minlength=len(points))
     edges = edges_of(flat)[0]
     spacing = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1).mean()
-    return Sites(points, areas, surface.area, grain, float(spacing), _parts(surface))
-
-
-def _parts(surface: Surface) -> Ints:
-    """Component (n,) of each node."""
-    flat = linear_triangles(surface.triangles)
-    parts = np.empty(len(surface.points), dtype=np.int64)
-    parts[flat] = components(flat)[:, None]
-    return parts
+    return Sites(
+        points, areas, surface.area, grain, float(spacing), node_components(surface.triangles)
+    )
 
 
 def _checked(cloud: ArrayLike) -> Floats:
@@ -98,7 +106,7 @@ def _checked(cloud: ArrayLike) -> Floats:
 
 def check_neighbours(name: str, neighbours: int, size: int, least: int = 1) -> None:
     """Raise ArgumentError A02 unless there are that many other points."""
-    if not least <= neighbours < size:
+    if not (least <= neighbours < size and neighbours == int(neighbours)):
         raise ArgumentError(
             "A02",
             f"{name}: expected {least} to {size - 1} for {size} points, got {neighbours}; "

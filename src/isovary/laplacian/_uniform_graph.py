@@ -26,11 +26,11 @@ def uniform_graph(
     edges, D its row sums, and c such that the coordinates X have the Dirichlet
     energy of the surface, trace(X^T stiffness X) = 2 area. On equilateral
     triangles c = 1/sqrt(3), the cotangent weight; on a sphere the scale puts
-    lambda_2 at 2.
+    lambda_2 near 2.
 
     It knows nothing of lengths and angles: it is right on meshes whose triangles
-    are all alike, and wrong on others, however fine the mesh: on icospheres the first
-    eigenvalues stay 4 % off. Prefer :func:`isovary.fem`.
+    are all alike, and wrong on others, however fine the mesh: on icospheres the
+    eigenvalues of l = 3 stay up to 9 % off. Prefer :func:`isovary.fem`.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def uniform_graph(
         check_neighbours("nearest", nearest, size)
         edges = _shortest(edges, squared_lengths(sites.points, edges), nearest)
     graph = weighted_graph(edges, np.ones(len(edges)), size)
-    check_parts(graph, sites, more="use a larger `nearest`", less="")
+    check_parts(graph, sites, more=lambda _: "use a larger `nearest`", less="")
     warn_if_graded(sites)
     return graph_laplacian(graph, sites, random_walk)
 

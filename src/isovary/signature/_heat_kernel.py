@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..geometry import Floats
 from ..records import Eigenpairs
+from ._times import checked_times
 
 
 def heat_kernel_signature(pairs: Eigenpairs, times: ArrayLike) -> Floats:
@@ -28,6 +29,11 @@ def heat_kernel_signature(pairs: Eigenpairs, times: ArrayLike) -> Floats:
     -------
     array (n, T)
         Unit 1/length^2.
+
+    Raises
+    ------
+    ArgumentError
+        A02 for times below 0 or NaN.
 
     Notes
     -----
@@ -51,6 +57,6 @@ def heat_kernel_signature(pairs: Eigenpairs, times: ArrayLike) -> Floats:
     >>> round(4 * np.pi * 0.1 * float(signature[0, 0]), 3)
     1.034
     """
-    decay = np.exp(-np.outer(pairs.values, np.asarray(times, dtype=float)))
+    decay = np.exp(-np.outer(pairs.values, checked_times(times)))
     signature: Floats = pairs.vectors**2 @ decay
     return signature

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from ..geometry import Floats
 from ..records import Eigenpairs
+from ._times import checked_times
 
 
 def heat_kernel(pairs: Eigenpairs, times: ArrayLike, sources: ArrayLike) -> Floats:
@@ -35,7 +36,7 @@ def heat_kernel(pairs: Eigenpairs, times: ArrayLike, sources: ArrayLike) -> Floa
     Raises
     ------
     ArgumentError
-        A02 for a source that is no node.
+        A02 for a source that is no node, or times below 0 or NaN.
 
     Notes
     -----
@@ -70,7 +71,7 @@ def heat_kernel(pairs: Eigenpairs, times: ArrayLike, sources: ArrayLike) -> Floa
             f"sources: expected indices of nodes in [0, {count}), got "
             f"{np.array2string(nodes, threshold=6)}",
         )
-    decay = np.exp(-np.outer(pairs.values, np.asarray(times, dtype=float)))
+    decay = np.exp(-np.outer(pairs.values, checked_times(times)))
     kernel: Floats = np.stack(
         [(pairs.vectors * pairs.vectors[node]) @ decay for node in nodes], axis=1
     )

@@ -105,6 +105,10 @@ def _same(samples: Floats) -> Floats:
     return samples
 
 
+def _enough_times(pairs: Eigenpairs, count: int) -> Floats:
+    return diffusion_times(pairs, max(count, 40))  # the usual frequencies need 32
+
+
 def _numbers(pairs: Eigenpairs, count: int) -> Floats:
     kept = int(0.85 * len(pairs.values)) + 1  # a coarser mesh may lose the others with a multiplet
     return np.arange(1.0, min(count, kept - pairs.zero_count) + 1)
@@ -123,7 +127,7 @@ _KINDS: dict[Callable[..., Floats], SignatureKind] = {
     scale_invariant_heat_kernel_signature: SignatureKind(
         short="sihks",
         title="scale-invariant HKS (SI-HKS)",
-        samples=diffusion_times,
+        samples=_enough_times,
         columns=frequencies_of,
         axis="frequency (cycles per e-fold of t)",
         unit="dimensionless",

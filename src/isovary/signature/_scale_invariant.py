@@ -5,10 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..errors import ArgumentError
 from ..geometry import Floats
 from ..records import Eigenpairs
 from ._frequencies import frequencies_of
 from ._logarithmic import extended
+
+_EARLY, _LATE = 0.05, 1e-3  # slopes at the ends that change no frequency by 1 %
 
 
 def scale_invariant_heat_kernel_signature(
@@ -50,7 +53,8 @@ def scale_invariant_heat_kernel_signature(
     Raises
     ------
     ArgumentError
-        A02 for times that are not logarithmic, or more frequencies than they resolve.
+        A02 for times that are not logarithmic, more frequencies than they resolve, or times
+        that do not suit this surface: some three times as large or as small as another.
 
     Notes
     -----
@@ -73,7 +77,7 @@ def scale_invariant_heat_kernel_signature(
     Examples
     --------
     At frequency 0 stands what log HKS loses on the whole. On the unit sphere with 36
-    pairs it falls from 36 / (4 pi) to 1 / (4 pi), by log 36 = 3.584, at any size:
+    pairs it falls from 36 / (4 pi) to 1 / (4 pi), by log 36 = 3.584:
 
     >>> from isovary.laplacian import fem
     >>> from isovary.shapes import icosphere
@@ -102,4 +106,13 @@ def _log_slope(pairs: Eigenpairs, times: ArrayLike) -> tuple[Floats, float]:
     slope = np.full_like(heat, np.nan)
     np.divide(squares @ (above[:, None] * decay), heat, out=slope, where=heat > 0)
     slope *= -grid
+    early, late = (np.nanmax(np.abs(slope[:, end]), initial=0.0) for end in (0, -1))
+    if early > _EARLY or late > _LATE:
+        raise ArgumentError(
+            "A02",
+            "times: expected so wide a range that the heat of every node comes to rest in it, got "
+            f"a slope of its logarithm of {early:.2g} at the start (at most {_EARLY}) and "
+            f"{late:.2g} at the end (at most {_LATE}); use times nearer to diffusion_times of this "
+            "surface, and take parts with a Dirichlet rim one by one",
+        )
     return slope, step

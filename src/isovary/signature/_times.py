@@ -3,10 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
 from ..geometry import Floats
 from ..records import Eigenpairs
+
+
+def checked_times(times: ArrayLike) -> Floats:
+    """The times as an array (T,); ArgumentError A02 for negative or NaN ones."""
+    values = np.atleast_1d(np.asarray(times, dtype=float))
+    if not (values >= 0).all():
+        raise ArgumentError(
+            "A02", f"times: expected none below 0 and no NaN, got {values[~(values >= 0)][0]:g}"
+        )
+    return values
 
 
 def diffusion_times(pairs: Eigenpairs, count: int = 100) -> Floats:

@@ -23,6 +23,7 @@ _BLOCK, _WIDEST = 32, 256  # columns of the first and of the last start's block
 _FEWEST_IN_THE_MIDDLE = 32  # for fewer pairs a shift below the spectrum does
 _BELOW = 0.35, 0.55  # part of the wanted pairs that a shift in the middle leaves below
 _TRIES = 6  # shifts
+_MOST_BELOW = 0.8  # more than these cost as much as a shift below the spectrum
 _BLIND = 3  # blocks between two checks, at most
 _RANK_TOLERANCE, _WEAK = 1e-11, 1e-4  # relative: below, a direction is rounding; or partly so
 _LEAST_SPACING = 1e-3 * UNIT  # where all the wanted eigenvalues are zero
@@ -104,44 +105,53 @@ def lanczos(
 def _middle(stiffness: csr_array, mass: csr_array, count: int) -> _Operator:
     """A shift with nearly half of the wanted eigenvalues below it, by inertia.
 
-    The first guess is Weyl's law for surfaces. If a few tries do not find one (as many
-    zeros as pairs), the shift lies below the spectrum.
+    The first guess is Weyl's law for surfaces. If a few tries do not find one, the best of
+    them is taken; if none leaves any of the wanted ones on both sides (as many zeros as
+    pairs), the shift lies below the spectrum.
     """
     low, high = (part * count for part in _BELOW)
+    middle = (low + high) / 2
     shift, tried = 0.47 * count * UNIT, list[tuple[float, int]]()
-    for _ in range(_TRIES if count >= _FEWEST_IN_THE_MIDDLE else 0):
+    best = None
+    for _ in range(2 * _TRIES if count >= _FEWEST_IN_THE_MIDDLE else 0):
         try:
             raw, below = signed_factor(stiffness - shift * mass)
         except SpectrumError:  # a pivot near zero: another shift has others
             shift *= 1.01
             continue
+        if 0 < below <= _MOST_BELOW * count:
+            better = best is None or abs(below - middle) < abs(best[2] - middle)
+            best = (raw, shift, below) if better else best
         if low <= below <= high:
             break
         tried.append((shift, below))
-        shift = _next_shift(tried, (low + high) / 2)
-    else:
-        shift, below = -UNIT, 0
-        raw, _ = signed_factor(stiffness - shift * mass)
-    factor = factorize(raw)
+        if best is not None and len(tried) >= _TRIES:
+            break
+        shift = _next_shift(tried, middle)
+    if best is None:
+        best = (signed_factor(stiffness + UNIT * mass)[0], -UNIT, 0)
+    factor = factorize(best[0])
     order = factor.order
-    return _Operator(stiffness[order][:, order], mass[order][:, order], shift, below, factor)
+    return _Operator(stiffness[order][:, order], mass[order][:, order], *best[1:], factor)
 
 
 def _next_shift(tried: list[tuple[float, int]], wanted: float) -> float:
     """Shift that may leave ``wanted`` eigenvalues below it, from shifts and counts so far.
 
     The counts grow as some power of the shift: 1 on surfaces (Weyl), 1/2 on curves, more
-    where the spectrum of a graph ends.
+    where the spectrum of a graph ends, or behind the first of a strip with fixed sides.
     """
-    few = max((s for s, below in tried if below < wanted), default=None)
-    many = min((s for s, below in tried if below > wanted), default=None)
+    few = max((pair for pair in tried if pair[1] < wanted), default=None)
+    many = min((pair for pair in tried if pair[1] > wanted), default=None)
     if few is None or many is None:  # no bracket: Weyl's power, at most a factor of 30
         shift, below = tried[-1]
         return shift * min(max(wanted / max(below, 1), 1 / 30), 30.0)
-    counts = dict(tried)
-    ends = np.log([max(counts[few], 1), max(counts[many], 1)])
-    part = (np.log(wanted) - ends[0]) / max(ends[1] - ends[0], 1e-9)
-    return float(few * (many / few) ** min(max(part, 0.05), 0.95))
+    if few[1] == 0:  # no power of nothing: along a straight line, in growing steps
+        zeros = sum(below == 0 for _, below in tried)
+        part = 1 - (1 - min(max(wanted / many[1], 0.05), 0.95)) ** zeros
+        return few[0] + part * (many[0] - few[0])
+    part = np.log(wanted / few[1]) / np.log(many[1] / few[1])
+    return float(few[0] * (many[0] / few[0]) ** min(max(part, 0.05), 0.95))
 
 
 def _grow(

@@ -59,7 +59,7 @@ def draw_signatures(axes: Axes, result: Comparison, curves: Curves) -> None:
         axes.set_yscale("log")
         _round_ticks(axes.yaxis)
     axes.set_ylabel(f"{signature_name(result)}\n({kind.unit})")
-    axes.legend(frameon=False, loc="upper right", fontsize=8.5)
+    axes.legend(frameon=False, loc="upper right" if kind.per_time else "best", fontsize=8.5)
     axes.tick_params(labelbottom=False)
     if kind.per_time:
         top = axes.secondary_xaxis("top", functions=(diffusion_radius, diffusion_time))  # type: ignore[arg-type]
@@ -77,7 +77,8 @@ def draw_change(axes: Axes, result: Comparison, curves: Curves) -> None:
     axes.plot(columns, 100 * curves.change, color=BASE_COLOR, lw=1.8, label="base − perturbed")
     axes.set_ylabel(f"scaled change\n(% of mean {kind.abbreviation})")
     axes.set_xlabel(kind.axis)
-    axes.set_xlim(columns[0], columns[-1])
+    if len(columns) > 1:
+        axes.set_xlim(columns[0], columns[-1])
     if kind.logarithmic:
         axes.set_xscale("log")
         _round_ticks(axes.xaxis)

@@ -29,7 +29,7 @@ from ._marks import (
 )
 from ._scene import Scene, mesh_lines
 from ._tessellate import Pieces
-from ._words import group_shares, percent
+from ._words import group_shares, percent, unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,9 @@ def curves_panel(figure: Figure, view: View) -> None:
     """Signatures and change over the time."""
     curves = curves_at(view.result, view.peak)
     where = "at the marked point" if view.peak is not None else "median over the nodes"
-    caption(figure, 0.69, 0.872, "d", f"At which scale: {where}")
+    kind = view.result.methods.kind
+    across = "At which scale" if kind.per_time else f"By {kind.axis.split(' (')[0]}"
+    caption(figure, 0.69, 0.872, "d", f"{across}: {where}")
     upper = figure.add_axes((0.745, 0.505, 0.235, 0.285))
     lower = figure.add_axes((0.745, 0.205, 0.235, 0.265), sharex=upper)
     draw_signatures(upper, view.result, curves)
@@ -167,7 +169,7 @@ def _no_partner(view: View) -> list[Patch]:
     if (view.samples.known > 0).all():
         return []
     inner, stripes = paint.NO_PARTNER, paint.NO_PARTNER_2
-    words = "no partner: unknown"
+    words = unknown(view.result)
     return [Patch(facecolor=inner, edgecolor=stripes, hatch="////", label=words)]
 
 

@@ -13,6 +13,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from matplotlib.colors import Colormap, to_hex
 from matplotlib.figure import Figure
 from plotly.offline import get_plotlyjs
@@ -29,7 +30,7 @@ from ._report_plots import (
     scale_limit,
     surface_figure,
 )
-from ._words import facts, group_shares, percent, title, verdict
+from ._words import facts, group_shares, percent, title, unknown, verdict
 
 _MODES = {
     "change": "Mean change",
@@ -136,7 +137,9 @@ def _keys(view: View) -> str:
         f'value="{steps // 2}"></label><br><span id="scale-words"></span></p>'
     )
     grey = _patch(to_hex(paint.NEUTRAL), "less than twice the noise floor")
-    lost = _patch(to_hex(paint.NO_PARTNER), "no partner: unknown") if result.coverage < 1 else ""
+    lost = (
+        _patch(to_hex(paint.NO_PARTNER), unknown(result)) if np.isnan(result.change).any() else ""
+    )
     keys = {
         "change": _bar(paint.NORM_MAP, "0 %", percent(limit), "mean of |change|", limit)
         + _patches(grey, lost),

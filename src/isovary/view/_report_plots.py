@@ -16,6 +16,7 @@ from ..signature import diffusion_radius
 from . import _paint as paint
 from ._camera import Camera
 from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at
+from ._words import unknown
 
 _FONT = {"family": 'system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif', "size": 13}
 _ZOOM = 1.45
@@ -107,7 +108,7 @@ def _hover(result: Comparison) -> list[str]:
     texts = []
     for node, (norm, noise, group, moved, known) in enumerate(rows):
         if not known:
-            texts.append(f"node {node}<br>no partner: unknown")
+            texts.append(f"node {node}<br>{unknown(result)}")
             continue
         shown = str(group) if group >= 0 else "none"
         texts.append(

@@ -68,10 +68,17 @@ def verdict(result: Comparison, half_share: float) -> str:
             f"Mostly a rigid motion ({percent(result.motion.share)} of the displacement): "
             "the change shown may be false"
         )
+    kind = result.methods.kind
+    what = "Intrinsic shape" if kind.short == "hks" else f"The {kind.title}"
     return (
-        f"Intrinsic shape changed by up to {percent(norm_limit(result))}; half of the change lies "
+        f"{what} changed by up to {percent(norm_limit(result))}; half of the change lies "
         f"on {percent(half_share)} of the surface"
     )
+
+
+def unknown(result: Comparison) -> str:
+    """What a grey, hatched node is."""
+    return "no partner: unknown" if result.coverage < 1 else "no signature: unknown"
 
 
 def facts(result: Comparison) -> dict[str, str]:
