@@ -373,3 +373,31 @@ def test_differential_coordinates_need_all_nodes(ellipsoid):
         iv.differential_coordinates(laplacian, ellipsoid.points[1:])
     with pytest.raises(iv.ArgumentError, match=r"and 1 fixed.*A03"):
         iv.differential_coordinates(iv.fix_nodes(laplacian, [0]), ellipsoid.points)
+
+
+def test_area_coordinates_need_a_diagonal_mass():
+    """Oracle: algebra. Row sums of a quadratic mass are no areas: nearly 0 at corners."""
+    surface = iv.icosphere(1)
+    with pytest.raises(iv.ArgumentError, match=r"laplacian: expected a diagonal mass.*A02"):
+        iv.differential_coordinates(iv.fem(surface), surface.points, per_area=True)
+
+
+def test_few_bare_points_are_enough_for_few_neighbours():
+    """Oracle: algebra. 15 points of a lattice, the neighbours that were asked for; not 7 points."""
+    lattice = np.array([[i, j, 0.0] for i in range(5) for j in range(3)])
+    assert iv.knn_graph(lattice, 4).nodes == 15
+    with pytest.raises(iv.ArgumentError, match=r"points: expected at least 8.*got 7"):
+        iv.knn_graph(lattice[:7], 4)
+    with pytest.raises(iv.ArgumentError, match=r"neighbours: .* got 4\.5"):
+        iv.knn_graph(lattice, 4.5)
+
+
+def test_the_remedy_of_a_torn_kernel_connects_it():
+    """Oracle: algebra. The time that the text names is enough, a tenth less is not."""
+    surface = iv.icosphere(2, order=1)
+    with pytest.raises(iv.SpectrumError, match="S08") as caught:
+        iv.mesh_laplacian(surface, time=1e-6)
+    named = float(str(caught.value).split("a time of at least ")[1].split()[0])
+    assert iv.mesh_laplacian(surface, time=1.01 * named).nodes == 162
+    with pytest.raises(iv.SpectrumError, match="S08"):
+        iv.mesh_laplacian(surface, time=0.9 * named)

@@ -86,6 +86,8 @@ def test_data_files_hold_the_comparison(run, result):
     for name, values in expected.items():
         np.testing.assert_allclose(grid.point_data[name], values, atol=1e-9, err_msg=name)
     np.testing.assert_allclose(grid.field_data["times"], result.times, rtol=1e-12)
+    page = (Path(__file__).parents[1] / "docs" / "files.md").read_text("utf-8")
+    assert [name for name in grid.point_data if f"`{name}`" not in page] == []
     moved = pv.read(run[0] / "perturbed.vtu")
     np.testing.assert_allclose(moved.points, result.perturbed.points, atol=1e-12)
     flat = pv.read(run[0] / "change.vtp")

@@ -22,7 +22,8 @@ GRAPHS = "tests/test_laplacian_graphs.py"
 SIGNATURES = "tests/contracts/test_signature.py"
 BOUNDARIES = "tests/test_boundaries.py"
 EXACT = "tests/test_exact.py"
-PROPERTIES = "tests/test_properties.py"
+METHODS = "tests/test_methods.py"
+SPECTRUM = "tests/test_spectrum.py"
 
 
 @dataclass(frozen=True)
@@ -239,6 +240,41 @@ FAULTS = (
         "records.py",
         "vectors = self.vectors * np.sqrt(ratio)",
         "vectors = self.vectors",
+        (BOUNDARIES,),
+    ),
+    Fault(
+        "compare: every component divided by the whole's mean",
+        "methods.py",
+        "parts = node_components(surface.triangles)",
+        "parts = 0 * node_components(surface.triangles)",
+        (METHODS,),
+    ),
+    Fault(
+        "compare: noise floor of another operator",
+        "comparison.py",
+        "            laplacian=level.methods.laplacian,\n",
+        "",
+        (METHODS,),
+    ),
+    Fault(
+        "compare: noise floor of the surface's order",
+        "levels.py",
+        "there, order=order)",
+        "there, order=self.base.order)",
+        (METHODS,),
+    ),
+    Fault(
+        "eigensolve: the next shift forgets the ones before",
+        "spectrum/_lanczos.py",
+        "few = max((pair for pair in tried",
+        "few = max((pair for pair in tried[-1:]",
+        (SPECTRUM,),
+    ),
+    Fault(
+        "eigensolve: times beyond the last heat",
+        "spectrum/_accuracy.py",
+        "times[values.min() * times <= _COOLED]",
+        "times",
         (BOUNDARIES,),
     ),
     Fault(

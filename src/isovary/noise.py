@@ -42,7 +42,8 @@ def noise_floor(
     (h^2 for flat, h^4 for curved elements), so the finer one errs by
     d / (r^order - 1); the floor is that or d, whichever is larger. It does not
     contain what both meshes share: the sampling of the fields
-    (:func:`sampling_floor` does) and the number of eigenpairs.
+    (:func:`sampling_floor` does), the number of eigenpairs, and the error that a graph
+    Laplacian makes on every mesh alike.
 
     Parameters
     ----------

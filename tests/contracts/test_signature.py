@@ -452,3 +452,16 @@ def test_wrong_shapes_are_refused():
     ):
         with pytest.raises(iv.ArgumentError, match=code):
             iv.signature_difference(*arguments, parameter_step=step)
+
+
+@pytest.mark.parametrize("size", [0.2, 5.0])
+def test_times_of_another_size_are_refused(size, sphere_pairs):
+    """Oracle: analytic. Five times the size shifts log t by 3.2: heat then meets the window's end.
+
+    A factor of 2.5 still passes.
+    """
+    times = iv.diffusion_times(sphere_pairs, 60)
+    iv.scale_invariant_heat_kernel_signature(sphere_pairs.scaled(2.5**2 * 4 * np.pi), times)
+    other = sphere_pairs.scaled(size**2 * sphere_pairs.area)
+    with pytest.raises(iv.ArgumentError, match=r"times: expected so wide a range.*A02"):
+        iv.scale_invariant_heat_kernel_signature(other, times)
