@@ -245,8 +245,8 @@ FAULTS = (
     Fault(
         "compare: every component divided by the whole's mean",
         "methods.py",
-        "parts = node_components(surface.triangles)",
-        "parts = 0 * node_components(surface.triangles)",
+        "node_components(surface.triangles) * self.by_component",
+        "node_components(surface.triangles) * 0",
         (METHODS,),
     ),
     Fault(

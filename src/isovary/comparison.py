@@ -385,7 +385,7 @@ def _check_methods(methods: Methods, correspondence: Match | None) -> None:
             "A02",
             "laplacian: expected an operator that sees lengths for a carried mesh, got "
             "uniform_graph, which sees only its edges, the same on both surfaces; use "
-            "correspondence=normal_rays, or another operator",
+            "correspondence=normal_rays (--correspondence normal-rays), or another operator",
         )
 
 

@@ -46,10 +46,11 @@ class Methods:
     ) -> Floats:
         """Mean size of a base's signature, by which its change is divided.
 
-        (T,) for a surface in one piece; (n, T) for one of several, each divided by its own
-        mean: a small piece has a large signature, and would drown the others.
+        (T,) as a rule; (n, T) for a signature over times on a surface of several components,
+        each divided by its own mean: a small one has a large signature, and would drown the
+        others. (Energies and eigenpairs may have nothing to do with a component.)
         """
-        parts = node_components(surface.triangles)
+        parts = node_components(surface.triangles) * self.by_component
         if parts.max() == 0 and self._is_heat:
             return heat_trace_scale(pairs, samples)
         areas = node_areas(surface.points, surface.triangles)
@@ -61,9 +62,15 @@ class Methods:
     @property
     def scaling(self) -> str:
         """What the change is divided by, in words."""
+        whose = "of each component" if self.by_component else "of the whole surface"
         if self._is_heat:
-            return "base heat trace per unit area, of each component"
-        return "mean size of the base's signature, column by column, of each component"
+            return f"base heat trace per unit area, {whose}"
+        return f"mean size of the base's signature, {whose}"
+
+    @property
+    def by_component(self) -> bool:
+        """Whether each component of a surface is divided by its own mean."""
+        return self.kind.per_time
 
     @property
     def _is_heat(self) -> bool:

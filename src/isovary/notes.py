@@ -101,15 +101,24 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
         )
     samples = result.choices["noise_of_the_samples"]
     if isinstance(samples, float) and not samples <= wanted:
-        size = f"cause {samples:.0%} of the change (rms)" if samples == samples else "are too few"
-        yield f"The samples of the fields {size}: only a finer grid tells more."
+        if samples == samples:
+            yield (
+                f"The samples of the fields cause {samples:.0%} of the change (rms): only a finer "
+                "grid tells more."
+            )
+        else:
+            yield (
+                "What the samples of the fields contribute is unknown: every other one gives no "
+                "such isosurface, or one that the box cuts elsewhere."
+            )
 
 
 def _shape(result: Comparison) -> Iterator[str]:
     if result.topology.components > 1:
+        own = "its own" if result.methods.by_component else "the whole surface's"
         yield (
             f"The isosurface has {result.topology.components} components; the change of each is "
-            "relative to its own mean signature. [I06]"
+            f"relative to {own} mean signature. [I06]"
         )
     if result.topology.boundary_loops > 0:
         yield (
