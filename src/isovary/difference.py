@@ -40,7 +40,7 @@ def heat_trace_scale(pairs: Eigenpairs, times: ArrayLike) -> Floats:
 def mean_size(signature: Floats, areas: Floats) -> Floats:
     """Mean over the surface of a signature's absolute value, to divide the change of any one by.
 
-    w_j = sum_x a_x |S_j(x)| / sum_x a_x over the nodes x of area a_x. For the heat
+    w_j = sum_x a_x abs(S_j(x)) / sum_x a_x over the nodes x of area a_x. For the heat
     kernel signature it is :func:`heat_trace_scale` but for the quadrature; take
     that one, which is exact.
 

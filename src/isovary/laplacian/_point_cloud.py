@@ -17,7 +17,7 @@ def point_cloud(
     The nearest neighbours of a point, projected on the plane of their principal
     components, are triangulated by Delaunay there; the triangles at the point give the
     area a_i that it stands for. Then, as in :func:`mesh_laplacian`, mass = diag(a) and
-    stiffness = D - W with W_ij = a_i a_j exp(-|p_i - p_j|^2 / 4h) / (4 pi h^2).
+    stiffness = D - W with W_ij = a_i a_j exp(-d_ij^2 / 4h) / (4 pi h^2).
 
     Two things differ from the paper, both on purpose. Its operator gives point j the
     area that it has in the plane of point i; one area per point, from its own plane,

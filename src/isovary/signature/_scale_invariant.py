@@ -19,7 +19,7 @@ def scale_invariant_heat_kernel_signature(
 ) -> Floats:
     """Heat kernel signature (HKS) without the size of the surface, as a spectrum over log t.
 
-    SI(x, f) = | integral of g(x, u) exp(-2 pi i f u) du |,
+    SI(x, f) = abs(integral of g(x, u) exp(-2 pi i f u) du),
     g = d log HKS / d log t = -t sum_i lambda_i w_i / sum_i w_i,
     with u = log t and w_i = exp(-lambda_i t) phi_i(x)^2.
 
