@@ -295,3 +295,22 @@ def test_progress_and_record(water):
     assert result.choices["interpolation"] == "logarithmic"
     assert result.choices["correspondence"] == "carried"
     assert len(result.choices["base"]["sha256"]) == 64
+
+
+def test_a_turn_that_nothing_shows_is_not_made_up():
+    """Oracle: symmetry. A dimpled half sphere may turn about its centre by any angle: none is told.
+
+    Rounding of the sampled sphere would else be fitted by a turn of 200 degrees.
+    """
+
+    def half(depth):
+        def value(p):
+            r = np.linalg.norm(p, axis=-1)
+            cosine = p[..., 2] / np.maximum(r, 1e-9)
+            return 1 - depth * np.exp(-2 * (1 - cosine) / 0.35**2) - r
+
+        return iv.ScalarField.from_function(value, ((-1.5, -1.5, 0), (1.5, 1.5, 1.5)), (31, 31, 16))
+
+    base = iv.marching_cubes(half(0.0), 0.0, vertices=300)
+    motion = iv.rigid_part(base, iv.carry(base, half(0.03), 0.0)[1].distance)
+    assert np.linalg.norm(motion.rotation) < np.radians(5)

@@ -9,6 +9,8 @@ import numpy as np
 from .geometry import Floats
 from .records import Surface
 
+_UNSEEN = 1e-2  # part of a motion along the normals below which it is not seen
+
 
 @dataclass(frozen=True)
 class RigidMotion:
@@ -51,8 +53,9 @@ def rigid_part(surface: Surface, distance: Floats) -> RigidMotion:
     Notes
     -----
     Linear in the motion: for turns of more than some ten degrees it tells that
-    the motion is large, not how large. Motions that move no point along its
-    normal (a sphere's rotation) come out as zero.
+    the motion is large, not how large. Motions that hardly move points along their
+    normals, by less than 1 % of their way (a sphere's rotation), come out as zero:
+    nothing could tell how large they are.
 
     Examples
     --------
@@ -69,7 +72,7 @@ def rigid_part(surface: Surface, distance: Floats) -> RigidMotion:
     centre = points.mean(axis=0)
     size = float(np.abs(points - centre).max())
     columns = np.hstack([normals, np.cross((points - centre) / size, normals)])
-    motion, *_ = np.linalg.lstsq(columns, values, rcond=1e-6)
+    motion, *_ = np.linalg.lstsq(columns, values, rcond=_UNSEEN)
     turn = motion[3:] / size
     return RigidMotion(
         (float(motion[0]), float(motion[1]), float(motion[2])),

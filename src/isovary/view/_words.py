@@ -69,7 +69,7 @@ def verdict(result: Comparison, half_share: float) -> str:
             "the change shown may be false"
         )
     kind = result.methods.kind
-    what = "Intrinsic shape" if kind.short == "hks" else f"The {kind.title}"
+    what = "Intrinsic shape" if kind.short == "hks" else f"The {kind.abbreviation}"
     return (
         f"{what} changed by up to {percent(norm_limit(result))}; half of the change lies "
         f"on {percent(half_share)} of the surface"
