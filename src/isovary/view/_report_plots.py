@@ -226,6 +226,7 @@ def _noise_band(figure: go.Figure, columns: Floats, noise: Floats) -> None:
 
 def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
     axis = {"gridcolor": "#e9edf0", "linecolor": "#59636e", "ticks": "outside", "zeroline": False}
+    axis["exponentformat"] = "power"
     kind = result.methods.kind
     name = kind.abbreviation
     figure.update_xaxes(**axis)
@@ -233,9 +234,10 @@ def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
         figure.update_xaxes(type="log", tickvals=_ticks(result.columns))
     figure.update_yaxes(**axis)
     figure.update_yaxes(title_text=f"{name} ({kind.unit})", row=1)
-    known = result.base_signature[np.isfinite(result.base_signature)]
-    if (known > 0).all():
-        figure.update_yaxes(type="log", tickvals=_ticks(known), row=1)
+    typical = np.nanmedian(result.base_signature, axis=0)
+    if np.nanmin(result.base_signature) >= 0 and (typical > 0).all():  # 0 on a Dirichlet rim only
+        high = result.base_signature[np.isfinite(result.base_signature)].max()
+        figure.update_yaxes(type="log", tickvals=_ticks(np.append(typical, high)), row=1)
     figure.update_yaxes(title_text=f"scaled change (% of mean {name})", row=2)
     figure.update_xaxes(title_text=kind.axis, row=2)
     figure.update_layout(
@@ -249,10 +251,11 @@ def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
 
 
 def _ticks(values: Floats) -> list[float]:
-    """1, 2, 5 times the powers of ten within the values."""
+    """1, 2, 5 times the powers of ten within the values; the powers alone if they are many."""
     low, high = float(values.min()), float(values.max())
     powers = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))))
-    ticks = [factor * 10.0**power for power in powers for factor in (1, 2, 5)]
+    factors = (1, 2, 5) if len(powers) <= 4 else (1,)
+    ticks = [factor * 10.0**power for power in powers for factor in factors]
     return [float(f"{tick:g}") for tick in ticks if low <= tick <= high]
 
 
