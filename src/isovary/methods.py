@@ -69,8 +69,11 @@ class Methods:
 
     @property
     def by_component(self) -> bool:
-        """Whether each component of a surface is divided by its own mean."""
-        return self.kind.per_time
+        """Whether each component of a surface is divided by its own mean.
+
+        Not where heat leaves through rims: a small component is cold when another is warm.
+        """
+        return self.kind.per_time and not self.fixed
 
     @property
     def _is_heat(self) -> bool:
