@@ -221,6 +221,13 @@ def test_words_are_no_methods(name, value):
         small(ball(1.0), ball(1.1), **{name: value})
 
 
+@pytest.mark.parametrize("wrong", [lambda pairs, times: pairs.values, lambda pairs, times: 1.0])
+def test_a_signature_has_a_row_for_each_node(wrong):
+    """Oracle: algebra. Eigenvalues are no signature of places."""
+    with pytest.raises(iv.ArgumentError, match=r"signature: expected .* a row for each node.*A03"):
+        small(ball(1.0), ball(1.1), signature=wrong)
+
+
 def test_noise_floors_are_made_with_the_same_methods(monkeypatch):
     """Oracle: algebra. Two levels and the samples' floor, both surfaces each; order 1 for h^2."""
     from isovary import levels

@@ -62,9 +62,9 @@ class Level:
 
         With ``unit_area`` the perturbed surface is first scaled to the base's area.
         """
-        signature, other = self.methods.signature, self.perturbed_pairs
-        before = signature(self.base_pairs, samples)
-        there = signature(other.scaled(self.base_pairs.area) if unit_area else other, samples)
+        other = self.perturbed_pairs
+        other = other.scaled(self.base_pairs.area) if unit_area else other
+        before, there = (self.methods.sample(pairs, samples) for pairs in (self.base_pairs, other))
         after = interpolate(self.correspondence, self.perturbed, there)
         scale = self.methods.scale(self.base, self.base_pairs, before, samples)
         return before, after, signature_difference(before, after, scale)

@@ -9,6 +9,7 @@ from functools import partial
 import numpy as np
 
 from .difference import heat_trace_scale, mean_size
+from .errors import ArgumentError
 from .geometry import Floats, node_areas, node_components
 from .laplacian import epsilon_graph, fem, knn_graph, uniform_graph
 from .records import Eigenpairs, Laplacian, Surface
@@ -40,6 +41,18 @@ class Methods:
     def kind(self) -> SignatureKind:
         """What the signature's columns are, and what it is called."""
         return signature_kind(self.signature)
+
+    def sample(self, pairs: Eigenpairs, samples: Floats) -> Floats:
+        """Return the signature (n, T); ArgumentError A03 for a function that gives another shape."""
+        values = np.asarray(self.signature(pairs, samples))
+        expected = len(pairs.vectors), len(self.kind.columns(samples))
+        if values.shape != expected:
+            raise ArgumentError(
+                "A03",
+                f"signature: expected {method_name(self.signature)} to return an array {expected}, "
+                f"a row for each node, got {values.shape}",
+            )
+        return values
 
     def scale(
         self, surface: Surface, pairs: Eigenpairs, signature: Floats, samples: Floats

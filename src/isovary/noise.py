@@ -186,7 +186,7 @@ def _carried_change(
     more = eigenpairs(operator, with_spare(pairs, len(operator.unknowns)))
     there = eigenpairs(methods.laplacian(second), pairs, start=more).truncate(pairs)
     here = more.truncate(pairs)
-    before, after = (methods.signature(p, samples) for p in (here, there))
+    before, after = (methods.sample(p, samples) for p in (here, there))
     scale = methods.scale(first, here, before, samples)
     return np.where(known[:, None], signature_difference(before, after, scale), np.nan)
 

@@ -468,3 +468,15 @@ def test_what_a_kernel_cannot_do(call, code):
     with pytest.raises(iv.IsovaryError) as caught:
         call()
     assert caught.value.code == code
+
+
+@pytest.mark.parametrize(
+    "method",
+    [room.fem, room.cotangent, room.uniform_graph, room.mesh_laplacian, room.robust],
+)
+def test_bare_points_have_no_triangles(method):
+    """Oracle: algebra. The text names the operators that take points; the next step says so too."""
+    with pytest.raises(iv.ArgumentError, match=r"surface: expected a Surface, got ndarray.*A03"):
+        method(iv.icosphere(1).points)
+    with pytest.raises(iv.ArgumentError, match=r"laplacian: expected a Laplacian, got Surface"):
+        iv.eigenpairs(iv.icosphere(1), 4)

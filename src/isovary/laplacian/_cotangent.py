@@ -8,6 +8,7 @@ from ..errors import MeshError
 from ..geometry import Floats, Ints, linear_triangles, rim_nodes
 from ..records import Laplacian, Surface
 from ._boundary import fix_nodes
+from ._checks import check_surface
 from ._graph import graph_stiffness, weighted_graph
 
 
@@ -44,7 +45,7 @@ def cotangent(surface: Surface, *, dirichlet: bool = False) -> Laplacian:
     MeshError
         M03 for a triangle without area.
     ArgumentError
-        A02 if ``dirichlet`` leaves no unknown.
+        A02 if ``dirichlet`` leaves no unknown; A03 for what is no Surface.
 
     Notes
     -----
@@ -71,6 +72,7 @@ def cotangent(surface: Surface, *, dirichlet: bool = False) -> Laplacian:
     """
     from scipy.sparse import diags_array
 
+    check_surface(surface)
     flat = linear_triangles(surface.triangles)
     size = len(surface.points)
     squares, products, double = _angles(surface.points, flat)

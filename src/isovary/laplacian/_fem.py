@@ -18,6 +18,7 @@ from ..geometry import (
 )
 from ..records import Laplacian, Surface
 from ._boundary import fix_nodes
+from ._checks import check_surface
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -56,7 +57,7 @@ def fem(surface: Surface, *, lumped: bool = False, dirichlet: bool = False) -> L
         M03 if a triangle is degenerate or folded: its metric is singular, or
         its normal turns over, at a quadrature point.
     ArgumentError
-        A02 if every node lies on a rim and ``dirichlet`` is asked for.
+        A02 if every node lies on a rim and ``dirichlet`` is asked for; A03 for what is no Surface.
 
     Notes
     -----
@@ -79,6 +80,7 @@ def fem(surface: Surface, *, lumped: bool = False, dirichlet: bool = False) -> L
     >>> (24 * fem(triangle, lumped=True).mass.diagonal()).round(12).tolist()
     [4.0, 4.0, 4.0]
     """
+    check_surface(surface)
     barycentric, weights = quadrature()
     values = shape_functions(barycentric, surface.order)
     by_barycentric = shape_gradients(barycentric, surface.order)

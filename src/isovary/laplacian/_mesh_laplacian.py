@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ..records import Laplacian, Surface
+from ._checks import check_surface
 from ._heat_kernel import heat_kernel_laplacian
 from ._sites import check_positive, sites_of
 
@@ -44,7 +45,7 @@ def mesh_laplacian(surface: Surface, *, time: float | None = None) -> Laplacian:
     MeshError
         M03 for a node on triangles without area only.
     ArgumentError
-        A02 for a time that is not positive.
+        A02 for a time that is not positive; A03 for what is no Surface.
 
     Notes
     -----
@@ -74,6 +75,7 @@ def mesh_laplacian(surface: Surface, *, time: float | None = None) -> Laplacian:
     >>> (stiffness[0] * 12 * math.pi * math.e * (1 - 10 / math.e**9)).round(12).tolist()
     [2.0, -1.0, -1.0]
     """
+    check_surface(surface)
     sites = sites_of(surface)
     step = sites.spacing**2 if time is None else time
     check_positive("time", step)

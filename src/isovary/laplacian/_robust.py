@@ -9,6 +9,7 @@ import numpy as np
 from ..errors import ArgumentError, MeshError, RunError
 from ..geometry import Floats, Ints, linear_triangles
 from ..records import Laplacian, Surface
+from ._checks import check_surface
 from ._graph import graph_stiffness
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def robust(surface: Surface, *, mollify: float = 1e-5) -> Laplacian:
     Raises
     ------
     ArgumentError
-        A02 for a negative ``mollify``.
+        A02 for a negative ``mollify``; A03 for what is no Surface.
     MeshError
         M03 if ``mollify`` is too small to open the degenerate triangles.
     RunError
@@ -75,6 +76,7 @@ def robust(surface: Surface, *, mollify: float = 1e-5) -> Laplacian:
     """
     from scipy.sparse import csr_array
 
+    check_surface(surface)
     if not 0 <= mollify < np.inf:
         raise ArgumentError("A02", f"mollify: expected 0 or more, got {mollify}")
     centred = surface.points - surface.points.mean(axis=0)

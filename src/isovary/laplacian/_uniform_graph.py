@@ -6,6 +6,7 @@ import numpy as np
 
 from ..geometry import Floats, Ints, edges_of, linear_triangles
 from ..records import Laplacian, Surface
+from ._checks import check_surface
 from ._graph import (
     ROUNDING,
     check_parts,
@@ -54,7 +55,7 @@ def uniform_graph(
     SpectrumError
         S08 if the nearest neighbours do not connect the surface.
     ArgumentError
-        A02 for ``nearest`` below 1 or not below the number of points.
+        A02 for ``nearest`` below 1 or not below the number of points; A03 for what is no Surface.
 
     Warns
     -----
@@ -79,6 +80,7 @@ def uniform_graph(
     >>> (uniform_graph(triangle).stiffness.toarray() / (3**0.5 / 6)).round(12).tolist()
     [[2.0, -1.0, -1.0], [-1.0, 2.0, -1.0], [-1.0, -1.0, 2.0]]
     """
+    check_surface(surface)
     sites = sites_of(surface)
     edges = edges_of(linear_triangles(surface.triangles))[0]
     size = len(surface.points)

@@ -71,7 +71,8 @@ def eigenpairs(
     ------
     ArgumentError
         M09 if the laplacian has fewer than count + 2 unknowns, A02 for a tolerance out
-        of bounds or what is not finite, A03 for a start on other nodes.
+        of bounds or what is not finite, A03 for a start on other nodes, or what is no
+        Laplacian.
     SpectrumError
         S01 if eigenvalues stay missing, S02 if residuals or mass-orthonormality are off,
         S05 if zero eigenvalues and components that carry a constant differ in number, S06
@@ -129,6 +130,12 @@ def _check(
     tolerance: float,
     tolerance_of_change: float,
 ) -> None:
+    if not isinstance(laplacian, Laplacian):
+        raise ArgumentError(
+            "A03",
+            f"laplacian: expected a Laplacian, got {type(laplacian).__name__}; fem(surface) makes "
+            "one",
+        )
     size = laplacian.mass.shape[0]
     if not 1 <= count <= size - 2:
         raise ArgumentError(
