@@ -43,7 +43,7 @@ class Methods:
         return signature_kind(self.signature)
 
     def sample(self, pairs: Eigenpairs, samples: Floats) -> Floats:
-        """Return the signature (n, T); ArgumentError A03 for a function that gives another shape."""
+        """Return the signature (n, T); A03 for a function that gives another shape."""
         values = np.asarray(self.signature(pairs, samples))
         expected = len(pairs.vectors), len(self.kind.columns(samples))
         if values.shape != expected:
