@@ -31,6 +31,7 @@ html_title = f"isovary {version}"
 # Where a name is defined -> heading, in the order of the method. Others follow at the end.
 STEPS = {
     "comparison": "Comparison",
+    "scalar_field": "Fields",
     "records": "Records",
     "io": "Reading fields and surfaces",
     "shapes": "Known shapes",

@@ -20,7 +20,7 @@ import pyvista as pv
 from isovary.data import water_pair
 from isovary.errors import ArgumentError, FieldError, FileError
 from isovary.io import _vti, read_field
-from isovary.records import ScalarField
+from isovary.scalar_field import ScalarField
 
 DATA = Path(__file__).parent / "data"
 SPACING, ORIGIN, SHAPE = (0.5, 0.4, 0.3), (-1.0, 2.0, 0.5), (5, 4, 6)

@@ -40,8 +40,9 @@ from .laplacian import (
 from .meshing import better_interpolation, contour, interpolation_errors, marching_cubes
 from .noise import noise_floor, sampling_floor
 from .projection import project
-from .records import Clusters, Correspondence, Eigenpairs, Laplacian, ScalarField, Surface
+from .records import Clusters, Correspondence, Eigenpairs, Laplacian, Surface
 from .rims import near_rim, rim_distance
+from .scalar_field import ScalarField
 from .shapes import cylinder, disk, ellipsoid, hemisphere, icosphere, sheet, torus
 from .signature import (
     SignatureKind,

@@ -40,7 +40,8 @@ from .io._results import save
 from .levels import Match
 from .meshing import interpolation_errors
 from .methods import Signature
-from .records import Laplacian, ScalarField
+from .records import Laplacian
+from .scalar_field import ScalarField
 
 _MATCHES: dict[str, Match | None] = {
     "carried": None,

@@ -37,8 +37,9 @@ from .meshing import better_interpolation, interpolation_errors, marching_cubes
 from .methods import Methods, Operator, Signature, method_name
 from .noise import SIGNIFICANCE, sampling_floor
 from .notes import noted_warnings, reader_notes
-from .records import Clusters, Correspondence, Eigenpairs, ScalarField, Surface
+from .records import Clusters, Correspondence, Eigenpairs, Surface
 from .rims import near_rim, rim_distance
+from .scalar_field import ScalarField
 from .signature import heat_kernel_signature
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ then the midpoints of edges 01, 12 and 20).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,6 +30,13 @@ EDGES = ((0, 1), (1, 2), (2, 0))
 
 LINEAR_PIECES = ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))
 """The four flat triangles into which a six-node triangle is split for drawing and searching."""
+
+
+def frozen(array: ArrayLike, dtype: type = np.float64) -> NDArray[Any]:
+    """A read-only copy of an array, in the order of C."""
+    copy: NDArray[Any] = np.array(array, dtype=dtype, order="C", copy=True)
+    copy.setflags(write=False)
+    return copy
 
 
 def quadrature() -> tuple[Floats, Floats]:

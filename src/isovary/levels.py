@@ -18,7 +18,8 @@ from .geometry import Floats, topology
 from .meshing import contour, marching_cubes
 from .methods import Methods
 from .noise import noise_floor
-from .records import Correspondence, Eigenpairs, ScalarField, Surface
+from .records import Correspondence, Eigenpairs, Surface
+from .scalar_field import ScalarField
 from .spectrum import drop_cut_multiplet, eigenpairs, first_pairs, with_spare
 
 Progress = Callable[[str, float], None]

@@ -14,7 +14,8 @@ from .geometry import EDGES, Floats, linear_triangles
 from .laplacian import fem
 from .meshing import interpolation_errors
 from .methods import Methods, Operator, Signature
-from .records import ScalarField, Surface
+from .records import Surface
+from .scalar_field import ScalarField
 from .signature import heat_kernel_signature
 from .spectrum import eigenpairs, with_spare
 

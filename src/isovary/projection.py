@@ -6,7 +6,7 @@ import numpy as np
 
 from .errors import MeshError
 from .geometry import Floats
-from .records import ScalarField
+from .scalar_field import ScalarField
 
 _STEPS = 40
 

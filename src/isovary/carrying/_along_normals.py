@@ -16,7 +16,8 @@ from ..geometry import (
     tangents,
 )
 from ..projection import outward_normals, project
-from ..records import Correspondence, ScalarField, Surface
+from ..records import Correspondence, Surface
+from ..scalar_field import ScalarField
 
 _NEWTON_STEPS = 60
 _LOST_LIMIT = 0.5

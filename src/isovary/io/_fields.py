@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError, FieldError, FileError
-from ..records import ScalarField
+from ..scalar_field import ScalarField
 from ._checks import Samples, check_file, check_grid, check_magic, check_shape, guess_suffix
 from ._cube import read_cube
 from ._numpy import read_npy, read_npz

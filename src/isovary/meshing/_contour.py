@@ -6,7 +6,8 @@ import numpy as np
 
 from ..errors import FieldError
 from ..geometry import Bools, Floats, Ints, node_normals
-from ..records import ScalarField, Surface
+from ..records import Surface
+from ..scalar_field import ScalarField
 
 _FINEST = 4  # cells of the contouring grid along one of the data's: the spline has no more detail
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry import Floats
-from ..records import ScalarField
+from ..scalar_field import ScalarField
 
 
 def interpolation_errors(field: ScalarField, isovalue: float) -> dict[str, float]:

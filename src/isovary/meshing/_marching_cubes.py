@@ -7,7 +7,8 @@ import numpy as np
 from ..errors import ArgumentError, MeshError
 from ..geometry import Floats, Ints, edges_of, topology, triangle_areas, with_midpoints
 from ..projection import outward_normals, project
-from ..records import ScalarField, Surface
+from ..records import Surface
+from ..scalar_field import ScalarField
 from ._contour import contour
 
 _RELAXATIONS = 12
