@@ -37,7 +37,17 @@ from .laplacian import (
     robust,
     uniform_graph,
 )
-from .meshing import better_interpolation, contour, interpolation_errors, marching_cubes
+from .meshing import (
+    better_interpolation,
+    contour,
+    curvature_sizing,
+    distmesh,
+    interpolation_errors,
+    marching_cubes,
+    nonuniform_sizing,
+    principal_curvatures,
+    uniform_sizing,
+)
 from .noise import noise_floor, sampling_floor
 from .projection import project
 from .records import Clusters, Correspondence, Eigenpairs, Laplacian, Surface
@@ -89,11 +99,13 @@ __all__ = [
     "compare",
     "contour",
     "cotangent",
+    "curvature_sizing",
     "cylinder",
     "differential_coordinates",
     "diffusion_radius",
     "diffusion_times",
     "disk",
+    "distmesh",
     "drop_cut_multiplet",
     "eigenpairs",
     "ellipsoid",
@@ -117,8 +129,10 @@ __all__ = [
     "mesh_laplacian",
     "near_rim",
     "noise_floor",
+    "nonuniform_sizing",
     "normal_rays",
     "point_cloud",
+    "principal_curvatures",
     "project",
     "read_field",
     "read_surface",
@@ -135,6 +149,7 @@ __all__ = [
     "topology",
     "torus",
     "uniform_graph",
+    "uniform_sizing",
     "wave_energies",
     "wave_kernel_signature",
 ]

@@ -418,6 +418,37 @@ def triangle_quality(points: Floats, triangles: Ints) -> Floats:
     return quality
 
 
+def jacobian_ratios(points: Floats, triangles: Ints) -> Floats:
+    """How evenly each triangle is mapped: its smallest Jacobian over its largest.
+
+    The Jacobian is the area element along the triangle's mean normal, at the quadrature points
+    and the nodes. 1 for a flat triangle with straight edges; zero or less where it is folded.
+
+    Returns
+    -------
+    array (m,)
+
+    Examples
+    --------
+    A midpoint at a quarter of its edge, where the map begins to fold at the corner:
+
+    >>> corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    >>> points, triangles = with_midpoints(corners, np.array([[0, 1, 2]]))
+    >>> points[triangles[0, 3]] = [0.25, 0, 0]
+    >>> (jacobian_ratios(points, triangles) + 0).round(12).tolist()
+    [0.0]
+    """
+    if triangles.shape[1] == 3:
+        return np.ones(len(triangles))
+    places = np.concatenate([quadrature()[0], node_places(2)])
+    columns = tangents(points, triangles, places)
+    normals = np.cross(columns[..., 0], columns[..., 1])
+    mean = normals.mean(axis=1, keepdims=True)
+    along = (normals * mean).sum(axis=2) / np.linalg.norm(mean, axis=2)
+    ratios: Floats = along.min(axis=1) / along.max(axis=1)
+    return ratios
+
+
 def linear_triangles(triangles: Ints) -> Ints:
     """Flat triangles over the same nodes: unchanged for order 1, four pieces each for order 2.
 

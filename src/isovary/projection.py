@@ -5,17 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from .errors import MeshError
-from .geometry import Floats
+from .geometry import Bools, Floats
 from .scalar_field import ScalarField
 
 _STEPS = 40
 
 
-def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
+def project(
+    points: Floats, field: ScalarField, isovalue: float, *, held: Bools | None = None
+) -> Floats:
     """Points moved onto the isosurface by Newton steps along the field's gradient.
 
     ``x <- x - g grad g / |grad g|^2`` with g the field's level set function, each
-    step at most one grid cell. Points on a face of the box stay on it.
+    step at most one grid cell.
 
     Parameters
     ----------
@@ -23,6 +25,8 @@ def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
         Within a cell or two of the isosurface.
     field : ScalarField
     isovalue : float
+    held : array (n, 3) of bool, optional
+        Coordinates that do not change. Default: those on a face of the box.
 
     Returns
     -------
@@ -50,7 +54,7 @@ def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
     longest = float(field.spacing.max())
     rounding = 1e-13 * max(float(np.abs(points).max()), longest)
     moved = np.clip(points, low, high)
-    fixed = (moved == low) | (moved == high)
+    fixed = (moved == low) | (moved == high) if held is None else held
     active = np.arange(len(moved))
     for _ in range(_STEPS):
         level, gradient = field.level_set(moved[active], isovalue)
@@ -71,8 +75,9 @@ def project(points: Floats, field: ScalarField, isovalue: float) -> Floats:
         raise MeshError(
             "M12",
             f"points: expected all to reach the isosurface {isovalue:.6g} within {_STEPS} steps, "
-            f"got {len(active)} that did not, first {active[:5].tolist()}; the gradient may vanish "
-            "there: choose another isovalue or a finer field",
+            f"got {len(active)} that did not, the first near {moved[active[0]].round(6).tolist()}; "
+            "the gradient, or its part in a face of the box, may vanish there: choose another "
+            "isovalue, a finer field or another box",
         )
     return moved
 

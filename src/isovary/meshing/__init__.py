@@ -1,7 +1,21 @@
-"""Room: field, isovalue -> Surface (thesis 4.1.1)."""
+"""Room: field, isovalue, sizing -> Surface (thesis 4.1.1)."""
 
 from ._contour import contour
+from ._curvature import principal_curvatures
+from ._distmesh import distmesh
 from ._interpolation import better_interpolation, interpolation_errors
 from ._marching_cubes import marching_cubes
+from ._sizing import Sizing, curvature_sizing, nonuniform_sizing, uniform_sizing
 
-__all__ = ["better_interpolation", "contour", "interpolation_errors", "marching_cubes"]
+__all__ = [
+    "Sizing",
+    "better_interpolation",
+    "contour",
+    "curvature_sizing",
+    "distmesh",
+    "interpolation_errors",
+    "marching_cubes",
+    "nonuniform_sizing",
+    "principal_curvatures",
+    "uniform_sizing",
+]

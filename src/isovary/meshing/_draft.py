@@ -1,0 +1,86 @@
+"""A mesh in the making: flat triangles near an isosurface, and what holds its rims on the box."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..errors import MeshError
+from ..geometry import Bools, Floats, Ints, rim_nodes
+from ..scalar_field import ScalarField
+
+_ON_FACE = 1e-6  # of a sample's distance: the contourer's single precision
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """Vertices, triangles, and the coordinates that may not change.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+    triangles : array (m, 3)
+    held : array (n, 3) of bool
+        Coordinates that a face of the box fixes: none inside, one on a rim, two at a rim's
+        corner on an edge of the box.
+    normals : array (n, 3)
+        Unit normals of the field's level sets, towards smaller values.
+    """
+
+    points: Floats
+    triangles: Ints
+    held: Bools
+    normals: Floats
+
+    @property
+    def rank(self) -> Ints:
+        """How a vertex may move (n,): 0 in the surface, 1 along a rim, 2 not at all."""
+        rank: Ints = np.minimum(self.held.sum(axis=1), 2)
+        return rank
+
+
+def draft(points: Floats, triangles: Ints, field: ScalarField, isovalue: float) -> Draft:
+    """A draft whose rims are put exactly onto the faces of the box, all points near the surface."""
+    low, high = field.bounds
+    rim = rim_nodes(triangles)
+    held = np.zeros(points.shape, dtype=bool)
+    near = _ON_FACE * field.spacing
+    on_low, on_high = (np.abs(points[rim] - face) < near for face in (low, high))
+    held[rim] = on_low | on_high
+    if not held[rim].any(axis=1).all():
+        lost = points[rim][~held[rim].any(axis=1)][0]
+        raise MeshError(
+            "M12", f"rims: expected on the faces of the box, got one at {lost.round(6).tolist()}"
+        )
+    points = points.copy()
+    points[rim] = np.where(on_low, low, np.where(on_high, high, points[rim]))
+    normals = np.zeros_like(points)
+    return settled(Draft(points, triangles, held, normals), field, isovalue)
+
+
+def settled(draft: Draft, field: ScalarField, isovalue: float) -> Draft:
+    """One Newton step towards the isosurface, within the faces that hold a point, and normals."""
+    low, high = field.bounds
+    level, gradient = field.level_set(draft.points, isovalue)
+    free = np.where(draft.held, 0.0, gradient)
+    square = np.maximum((free**2).sum(axis=1), np.finfo(float).tiny)
+    step = -(level / square)[:, None] * free
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    longest = float(field.spacing.max())
+    step *= longest / np.maximum(length, longest)
+    points = np.where(draft.held, draft.points, np.clip(draft.points + step, low, high))
+    slope = np.linalg.norm(gradient, axis=1, keepdims=True)
+    return replace(draft, points=points, normals=-gradient / slope)
+
+
+def moved(draft: Draft, step: Floats, field: ScalarField, isovalue: float) -> Draft:
+    """Vertices moved by the part of ``step`` that lies in the surface and in their faces."""
+    low, high = field.bounds
+    across = np.where(draft.held, 0.0, draft.normals)
+    square = np.maximum((across**2).sum(axis=1), np.finfo(float).tiny)
+    step = np.where(draft.held, 0.0, step)
+    step = step - ((step * across).sum(axis=1) / square)[:, None] * across
+    step[draft.rank == 2] = 0.0
+    points = np.clip(draft.points + step, low, high)
+    return settled(replace(draft, points=points), field, isovalue)

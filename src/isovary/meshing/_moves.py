@@ -1,0 +1,73 @@
+"""Relaxations: where the vertices of a mesh should go to even out its edges."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..geometry import Floats, Ints
+from ._draft import Draft
+from ._edits import edges_with_sides
+
+_PRESSURE = 1.2  # rest length of the truss's bars over the wanted one: all bars push
+_TIME_STEP = 0.2  # of Euler's rule, for bars of unit stiffness
+
+
+def truss_step(draft: Draft, lengths: Floats) -> Floats:
+    """Steps (n, 3) of a truss whose bars push when shorter than 1.2 times the wanted length.
+
+    ``0.2 sum max(L0 - L, 0) u`` over the bars at a vertex, u along each towards the vertex and
+    ``L0 = 1.2 h sqrt(sum L^2 / sum h^2)``.
+
+    References
+    ----------
+    P.-O. Persson and G. Strang, *A simple mesh generator in MATLAB*, SIAM Review 46 (2004)
+    329-345, section 2.
+    """
+    edges = edges_with_sides(draft.triangles)
+    i, j = edges.ends.T
+    bar = draft.points[i] - draft.points[j]
+    length = np.linalg.norm(bar, axis=1)
+    wanted = (lengths[i] + lengths[j]) / 2
+    rest = _PRESSURE * wanted * np.sqrt((length**2).sum() / (wanted**2).sum())
+    push = np.maximum(rest - length, 0.0) / np.maximum(length, np.finfo(float).tiny)
+    force = _TIME_STEP * push[:, None] * bar
+    return _summed(i, force, len(lengths)) - _summed(j, force, len(lengths))
+
+
+def centroid_step(draft: Draft, lengths: Floats) -> Floats:
+    """Steps (n, 3) to the centroid of the triangles around, dense where edges shall be short.
+
+    The weight of a triangle is its area over the fourth power of the wanted length, the density
+    of a centroidal Voronoi tessellation with such edges. On rims: of the two rim edges.
+    """
+    points, triangles = draft.points, draft.triangles
+    corners = points[triangles]
+    areas = np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    weight = areas / lengths[triangles].mean(axis=1) ** 4
+    step = _weighted_mean(triangles, corners.mean(axis=1), weight, points)
+    edges = edges_with_sides(triangles)
+    if edges.on_rim.any():
+        ends = edges.ends[edges.on_rim]
+        i, j = ends.T
+        distance = np.linalg.norm(points[i] - points[j], axis=1)
+        along = _weighted_mean(
+            ends, points[ends].mean(axis=1), distance / lengths[ends].mean(axis=1) ** 2, points
+        )
+        step = np.where((draft.rank > 0)[:, None], along, step)
+    return step
+
+
+def _weighted_mean(cells: Ints, centres: Floats, weight: Floats, points: Floats) -> Floats:
+    """From each point to the weighted mean of its cells' centres; zero for a point on none."""
+    width = cells.shape[1]
+    total = np.bincount(cells.ravel(), np.repeat(weight, width), len(points))[:, None]
+    sums = _summed(cells.ravel(), np.repeat(weight[:, None] * centres, width, axis=0), len(points))
+    mean: Floats = np.where(total > 0, sums / np.where(total > 0, total, 1) - points, 0.0)
+    return mean
+
+
+def _summed(nodes: Ints, vectors: Floats, count: int) -> Floats:
+    """Sum (count, 3) of the vectors (k, 3) at each node."""
+    return np.stack([np.bincount(nodes, vectors[:, k], count) for k in range(3)], axis=1)

@@ -1,0 +1,69 @@
+"""What every mesher starts from: a fine mesh of the isosurface and the edge lengths wanted."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from ..errors import ArgumentError
+from ..geometry import Topology, topology
+from ..records import Surface
+from ..scalar_field import ScalarField
+from ._contour import contour
+from ._draft import Draft, draft
+from ._sizing import Sizing, uniform_sizing
+from ._sizing_field import SizingField, sizing_field
+
+DEFAULT_VERTICES = 1000
+_DETAIL = 10  # per cent of the vertices may be finer than the contouring grid
+
+
+def start(
+    field: ScalarField,
+    isovalue: float,
+    vertices: int | None,
+    sizing: Sizing | None,
+    growth: float,
+    order: int,
+) -> tuple[Draft, SizingField, Topology]:
+    """Marching-cubes triangles on the isosurface, at least as fine as the edges wanted.
+
+    Returns the triangles, the edge lengths and the topology. Warns (M15) if the surface takes
+    more vertices than wanted. The arguments are those of the meshers.
+    """
+    if order not in (1, 2):
+        raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
+    if vertices is not None and vertices < 12:
+        raise ArgumentError("A02", f"vertices: expected at least 12, got {vertices}")
+    if not growth > 0:
+        raise ArgumentError("A02", f"growth: expected a positive number, got {growth}")
+    if sizing is None:
+        sizing, vertices = uniform_sizing, vertices or DEFAULT_VERTICES
+    spacing = float(field.spacing.max())
+    mesh, sizes = _contoured(field, isovalue, sizing, vertices, growth, spacing)
+    finest = float(np.percentile(sizes.lengths, _DETAIL))
+    if finest < spacing:
+        mesh, sizes = _contoured(field, isovalue, sizing, vertices, growth, finest)
+    if vertices is not None and sizes.vertices > 1.02 * vertices:
+        warnings.warn(
+            f"vertices: expected at least {sizes.vertices}, so that no edge is longer than the "
+            f"radius of curvature, got {vertices}; the mesh has more than was asked for [M15]",
+            UserWarning,
+            stacklevel=3,
+        )
+    return mesh, sizes, topology(mesh.triangles)
+
+
+def _contoured(
+    field: ScalarField,
+    isovalue: float,
+    sizing: Sizing,
+    vertices: int | None,
+    growth: float,
+    resolution: float,
+) -> tuple[Draft, SizingField]:
+    raw = contour(field, isovalue, resolution=resolution)
+    mesh = draft(raw.points, raw.triangles, field, isovalue)
+    fine = Surface(mesh.points, mesh.triangles)
+    return mesh, sizing_field(fine, field, isovalue, sizing, vertices, growth)
