@@ -38,7 +38,16 @@ from .errors import ArgumentError, IsovaryError
 from .io._atomic import check_output
 from .io._results import save
 from .levels import Match
-from .meshing import interpolation_errors
+from .meshing import (
+    Mesher,
+    Sizing,
+    curvature_sizing,
+    distmesh,
+    interpolation_errors,
+    marching_cubes,
+    nonuniform_sizing,
+    uniform_sizing,
+)
 from .methods import Signature
 from .records import Laplacian
 from .scalar_field import ScalarField
@@ -65,6 +74,12 @@ _SIGNATURES: dict[str, Signature] = {
     "scale-invariant-heat-kernel": signatures.scale_invariant_heat_kernel_signature,
     "wave-kernel": signatures.wave_kernel_signature,
     "global-point": signatures.global_point_signature,
+}
+_MESHERS: dict[str, Mesher] = {"marching-cubes": marching_cubes, "distmesh": distmesh}
+_SIZINGS: dict[str, Sizing] = {
+    "uniform": uniform_sizing,
+    "curvature": curvature_sizing,
+    "nonuniform": nonuniform_sizing,
 }
 _DEMO_ISOVALUE = 0.05
 _QUANTILES = (0.5, 0.9, 0.99)

@@ -1,5 +1,8 @@
 """Room: field, isovalue, sizing -> Surface (thesis 4.1.1)."""
 
+from collections.abc import Callable
+
+from ..records import Surface
 from ._contour import contour
 from ._curvature import principal_curvatures
 from ._distmesh import distmesh
@@ -7,7 +10,11 @@ from ._interpolation import better_interpolation, interpolation_errors
 from ._marching_cubes import marching_cubes
 from ._sizing import Sizing, curvature_sizing, nonuniform_sizing, uniform_sizing
 
+Mesher = Callable[..., Surface]
+"""A method of this room: field, isovalue; vertices, sizing, growth, order, progress by name."""
+
 __all__ = [
+    "Mesher",
     "Sizing",
     "better_interpolation",
     "contour",

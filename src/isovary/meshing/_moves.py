@@ -16,22 +16,37 @@ def truss_step(draft: Draft, lengths: Floats) -> Floats:
     """Steps (n, 3) of a truss whose bars push when shorter than 1.2 times the wanted length.
 
     ``0.2 sum max(L0 - L, 0) u`` over the bars at a vertex, u along each towards the vertex and
-    ``L0 = 1.2 h sqrt(sum L^2 / sum h^2)``.
+    ``L0 = 1.2 h sqrt(sum L^2 / sum h^2)``. A vertex opposite a rim edge has a bar to its mirror
+    image beyond the rim, or it would be pushed through.
 
     References
     ----------
     P.-O. Persson and G. Strang, *A simple mesh generator in MATLAB*, SIAM Review 46 (2004)
     329-345, section 2.
     """
+    points, count = draft.points, len(lengths)
     edges = edges_with_sides(draft.triangles)
     i, j = edges.ends.T
-    bar = draft.points[i] - draft.points[j]
-    length = np.linalg.norm(bar, axis=1)
+    bar = points[i] - points[j]
     wanted = (lengths[i] + lengths[j]) / 2
-    rest = _PRESSURE * wanted * np.sqrt((length**2).sum() / (wanted**2).sum())
-    push = np.maximum(rest - length, 0.0) / np.maximum(length, np.finfo(float).tiny)
-    force = _TIME_STEP * push[:, None] * bar
-    return _summed(i, force, len(lengths)) - _summed(j, force, len(lengths))
+    scale = _PRESSURE * np.sqrt((bar**2).sum() / (wanted**2).sum())
+    push = _pushes(bar, scale * wanted)
+    force = _summed(i, push, count) - _summed(j, push, count)
+    if edges.on_rim.any():
+        a, b = points[edges.ends[edges.on_rim]].transpose(1, 0, 2)
+        tip = edges.opposite[edges.on_rim, 0]
+        along = ((points[tip] - a) * (b - a)).sum(axis=1) / ((b - a) ** 2).sum(axis=1)
+        mirror = 2 * (points[tip] - a - along[:, None] * (b - a))
+        force += _summed(tip, _pushes(mirror, scale * lengths[tip]), count)
+    steps: Floats = _TIME_STEP * force
+    return steps
+
+
+def _pushes(bar: Floats, rest: Floats) -> Floats:
+    """Forces (k, 3) along bars shorter than their rest length."""
+    length = np.maximum(np.linalg.norm(bar, axis=1), np.finfo(float).tiny)
+    pushes: Floats = (np.maximum(rest - length, 0.0) / length)[:, None] * bar
+    return pushes
 
 
 def centroid_step(draft: Draft, lengths: Floats) -> Floats:
