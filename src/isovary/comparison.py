@@ -33,7 +33,7 @@ from .levels import (
     refined_levels,
     relative_rms,
 )
-from .meshing import better_interpolation, interpolation_errors, marching_cubes
+from .meshing import Mesher, better_interpolation, interpolation_errors, marching_cubes
 from .methods import Methods, Operator, Signature, method_name
 from .noise import SIGNIFICANCE, sampling_floor
 from .notes import noted_warnings, reader_notes
@@ -62,7 +62,7 @@ class Comparison:
     base_pairs, perturbed_pairs : Eigenpairs
         The same number of pairs.
     methods : Methods
-        Operator and signature; ``methods.kind`` says what the columns are.
+        Mesher, operator and signature; ``methods.kind`` says what the columns are.
     times : array (T,)
         Diffusion times of both, length^2; or what else the signature is sampled at:
         energies of the wave kernel signature, numbers of eigenpairs.
@@ -185,6 +185,7 @@ def compare(
     pairs: int = 300,
     times: int = 100,
     groups: int = 3,
+    mesher: Mesher = marching_cubes,
     laplacian: Operator = fem,
     signature: Signature = heat_kernel_signature,
     correspondence: Match | None = None,
@@ -217,6 +218,9 @@ def compare(
         Diffusion times, logarithmic; the number of samples of any other signature.
     groups : int
         Groups of significant nodes; fewer where they do not differ by more than noise.
+    mesher : callable
+        A method of :mod:`isovary.meshing`, with a sizing through functools.partial:
+        ``partial(distmesh, sizing=curvature_sizing)``.
     laplacian : callable
         A method of :mod:`isovary.laplacian`, with options through functools.partial:
         ``partial(fem, dirichlet=True)``. The thesis's others are far less accurate.
@@ -271,7 +275,7 @@ def compare(
     """
     _check_fields(base, perturbed, isovalue)
     _check(vertices, order, pairs, times, groups)
-    walk, methods = Walk(progress), Methods(laplacian, signature)
+    walk, methods = Walk(progress), Methods(laplacian, signature, mesher)
     _check_methods(methods, correspondence)
     with walk.stage("interpolation"):
         base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
@@ -296,7 +300,7 @@ def compare(
     choices: dict[str, object] = {
         **_fields_said(base, perturbed),
         "interpolation_errors_at_half_resolution": errors,
-        "mesher": "marching_cubes",
+        "mesher": method_name(mesher),
         "vertices": "by accuracy" if vertices is None else vertices,
         "order": order,
         "laplacian": method_name(laplacian),
@@ -372,6 +376,7 @@ def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int
 def _check_methods(methods: Methods, correspondence: Match | None) -> None:
     """Methods are functions, and see what a carried mesh changes."""
     for name, method in (
+        ("mesher", methods.mesher),
         ("laplacian", methods.laplacian),
         ("signature", methods.signature),
         ("correspondence", correspondence),
@@ -391,6 +396,7 @@ def _check_methods(methods: Methods, correspondence: Match | None) -> None:
 
 
 _EXAMPLES = {
+    "mesher": "distmesh",
     "laplacian": "cotangent",
     "signature": "wave_kernel_signature",
     "correspondence": "normal_rays",
@@ -413,6 +419,7 @@ def _facts(field: ScalarField) -> dict[str, object]:
         "shape": list(field.values.shape),
         "spacing": field.spacing.tolist(),
         "origin": field.origin.tolist(),
+        "smoothing": field.smoothing,
         "sha256": sha256(field.values.tobytes()).hexdigest(),
     }
 
@@ -441,7 +448,7 @@ def _sample_floor(
     pairs = len(level.base_pairs.values)
     vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
     try:
-        mesh = marching_cubes(base, isovalue, vertices=vertices)
+        mesh = level.methods.mesher(base, isovalue, vertices=vertices)
         floor = sampling_floor(
             mesh,
             base,

@@ -15,7 +15,7 @@ from .correspondence import identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError
 from .geometry import Floats, topology
-from .meshing import contour, marching_cubes
+from .meshing import contour
 from .methods import Methods
 from .noise import noise_floor
 from .records import Correspondence, Eigenpairs, Surface
@@ -143,7 +143,7 @@ def make_level(
     vertices: int,
 ) -> Level:
     """Both surfaces, matched, with their eigenpairs, on a base mesh of so many vertices."""
-    mesh = partial(marching_cubes, isovalue=isovalue, vertices=vertices, order=order)
+    mesh = partial(methods.mesher, isovalue=isovalue, vertices=vertices, order=order)
     with walk.stage("meshing"):
         surface = mesh(base)
         other = None if match is None else mesh(perturbed)

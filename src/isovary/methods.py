@@ -1,4 +1,4 @@
-"""Which operator and which signature a comparison uses, and what follows from the choice."""
+"""Which mesher, operator and signature a comparison uses, and what follows from the choice."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from .difference import heat_trace_scale, mean_size
 from .errors import ArgumentError
 from .geometry import Floats, node_areas, node_components
 from .laplacian import epsilon_graph, fem, knn_graph, uniform_graph
+from .meshing import Mesher, marching_cubes
 from .records import Eigenpairs, Laplacian, Surface
 from .signature import SignatureKind, heat_kernel_signature, signature_kind
 
@@ -24,7 +25,7 @@ Signature = Callable[[Eigenpairs, Floats], Floats]
 
 @dataclass(frozen=True)
 class Methods:
-    """The operator and the signature of a comparison.
+    """The operator, the signature and the mesher of a comparison.
 
     Parameters
     ----------
@@ -32,10 +33,13 @@ class Methods:
         Surface -> Laplacian on the surface's points.
     signature : callable
         Eigenpairs, samples (diffusion times, as a rule) -> array (n, T).
+    mesher : callable
+        Field, isovalue, vertices, order -> Surface.
     """
 
     laplacian: Operator = fem
     signature: Signature = heat_kernel_signature
+    mesher: Mesher = marching_cubes
 
     @property
     def kind(self) -> SignatureKind:
@@ -132,6 +136,12 @@ def method_name(method: Callable[..., object]) -> str:
     >>> method_name(partial(fem, lumped=True))
     'fem(lumped=True)'
     """
+
+    def said(value: object) -> str:
+        return method_name(value) if callable(value) else repr(value)
+
     name = str(getattr(_function(method), "__name__", repr(method)))
     options = getattr(method, "keywords", {})
-    return name + (f"({', '.join(f'{k}={v!r}' for k, v in options.items())})" if options else "")
+    return name + (
+        f"({', '.join(f'{k}={said(v)}' for k, v in options.items())})" if options else ""
+    )

@@ -82,5 +82,21 @@ def moved(draft: Draft, step: Floats, field: ScalarField, isovalue: float) -> Dr
     step = np.where(draft.held, 0.0, step)
     step = step - ((step * across).sum(axis=1) / square)[:, None] * across
     step[draft.rank == 2] = 0.0
-    points = np.clip(draft.points + step, low, high)
-    return settled(replace(draft, points=points), field, isovalue)
+    result = settled(
+        replace(draft, points=np.clip(draft.points + step, low, high)), field, isovalue
+    )
+    fresh = _inward(result) & ~_inward(draft)
+    if fresh.any():  # their vertices stay where they were
+        back = np.unique(draft.triangles[fresh])
+        points, normals = result.points.copy(), result.normals.copy()
+        points[back], normals[back] = draft.points[back], draft.normals[back]
+        result = replace(result, points=points, normals=normals)
+    return result
+
+
+def _inward(draft: Draft) -> Bools:
+    """Mask (m,) of the triangles that face towards greater field values."""
+    a, b, c = draft.points[draft.triangles].transpose(1, 0, 2)
+    facing = np.cross(b - a, c - a)
+    inward: Bools = (facing * draft.normals[draft.triangles].sum(axis=1)).sum(axis=1) <= 0
+    return inward

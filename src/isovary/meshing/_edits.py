@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 _FACING = 0.2  # smallest cosine between a new triangle and the ones that it replaces
+_FIRST = 1e9  # gain of a flip that turns a triangle outward
+_SWEEPS, _TRIES = 3, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +64,10 @@ def edges_with_sides(triangles: Ints) -> Edges:
 
 
 def flip(points: Floats, triangles: Ints, normals: Floats) -> tuple[Ints, int]:
-    """Edges turned where the angles opposite sum to more than pi; the triangles and the number."""
+    """Edges turned where the angles opposite sum to more than pi; the triangles and the number.
+
+    Or where one of the two triangles faces inward, and the new ones do so less.
+    """
     edges = edges_with_sides(triangles)
     inner = np.flatnonzero(~edges.on_rim)
     ends, forward = edges.ends[inner], edges.forward[inner, None]
@@ -71,9 +76,12 @@ def flip(points: Floats, triangles: Ints, normals: Floats) -> tuple[Ints, int]:
     gain = -_cotangent(points, c, a, b) - _cotangent(points, d, a, b)
     first, second = np.stack([a, d, c], axis=1), np.stack([d, b, c], axis=1)
     up = normals[a] + normals[b]
-    good = (gain > 1e-9) & ~_there(edges.ends, c, d)
-    for corners in (first, second):
-        good &= _cosine(_facing(points, corners), up) > _FACING
+    before = _worst_cosine(points, (np.stack([a, b, c], axis=1), np.stack([b, a, d], axis=1)), up)
+    after = _worst_cosine(points, (first, second), up)
+    turned = before <= 0
+    good = ((gain > 1e-9) | turned) & ~_there(edges.ends, c, d)
+    good &= after > np.where(turned, before, _FACING)
+    gain = np.where(turned, _FIRST, gain)
     chosen = np.flatnonzero(good)
     chosen = chosen[_best_of_both(gain[chosen], edges.triangles[inner[chosen]], len(triangles))]
     _, once = np.unique(_keys(c[chosen], d[chosen]), return_index=True)
@@ -131,7 +139,7 @@ def collapse(
     lack = np.where(_collapsible(triangles, edges, rank), lack, -np.inf)
     merged, moved = np.arange(len(points)), points
     banned = np.zeros(len(lack), dtype=bool)
-    for _ in range(2):  # those that fail stand back for their neighbours, once
+    for _ in range(_TRIES):  # those that fail stand back for their neighbours
         chosen = _apart(np.where(banned, -np.inf, lack), edges, len(points))[:most]
         low, high = edges.ends[chosen].T
         keep = np.where(rank[low] >= rank[high], low, high)
@@ -158,12 +166,17 @@ def compact(points: Floats, triangles: Ints) -> tuple[Floats, Ints, Ints]:
 
 
 def _collapsible(triangles: Ints, edges: Edges, rank: Ints) -> Bools:
-    """The link condition, and rims that shrink along themselves only."""
+    """The link condition, and rims that shrink along themselves only.
+
+    A triangle or tetrahedron by itself, whose corners have no other neighbours, stays.
+    """
     graph = _graph(edges, int(triangles.max()) + 1)
     shared = np.asarray((graph @ graph)[edges.ends[:, 0], edges.ends[:, 1]]).ravel()
     low, high = rank[edges.ends].T
     along_rim = (low == 0) | (high == 0) | edges.on_rim
-    sound: Bools = (shared == np.where(edges.on_rim, 1, 2)) & along_rim & (low + high < 4)
+    opposite = np.where(edges.on_rim, 1, 2)
+    more = np.diff(graph.indptr)[edges.ends].max(axis=1) > opposite + 1
+    sound: Bools = (shared == opposite) & more & along_rim & (low + high < 4)
     return sound
 
 
@@ -190,17 +203,32 @@ def _collapse_is_sound(
 
 
 def _apart(lack: Floats, edges: Edges, count: int) -> Ints:
-    """Edges of positive lack, each the greatest at its ends and all their neighbours."""
-    chosen = np.flatnonzero(lack > 0)
-    order = chosen[np.argsort(-lack[chosen], kind="stable")]
-    place = np.arange(len(order))
-    nearest = np.full(count, len(order))
-    np.minimum.at(nearest, edges.ends[order], place[:, None])
-    spread = nearest.copy()
-    np.minimum.at(spread, edges.ends[:, 0], nearest[edges.ends[:, 1]])
-    np.minimum.at(spread, edges.ends[:, 1], nearest[edges.ends[:, 0]])
-    apart: Ints = order[(spread[edges.ends[order]] == place[:, None]).all(axis=1)]
+    """Edges of positive lack, greatest first, no end of one beside an end of another."""
+    waiting = np.flatnonzero(lack > 0)
+    waiting = waiting[np.argsort(-lack[waiting], kind="stable")]
+    chosen = []
+    for _ in range(_SWEEPS):
+        place = np.arange(len(waiting))
+        first = np.full(count, len(waiting))
+        np.minimum.at(first, edges.ends[waiting], place[:, None])
+        first = _least_around(first, edges)
+        wins = (first[edges.ends[waiting]] == place[:, None]).all(axis=1)
+        chosen.append(waiting[wins])
+        taken = np.ones(count, dtype=np.int64)
+        taken[edges.ends[chosen[-1]]] = 0
+        taken = _least_around(taken, edges)
+        waiting = waiting[(taken[edges.ends[waiting]] > 0).all(axis=1)]
+    found = np.concatenate(chosen)
+    apart: Ints = found[np.argsort(-lack[found], kind="stable")]
     return apart
+
+
+def _least_around(values: Ints, edges: Edges) -> Ints:
+    """Smallest value (n,) at each vertex and its neighbours."""
+    least = values.copy()
+    np.minimum.at(least, edges.ends[:, 0], values[edges.ends[:, 1]])
+    np.minimum.at(least, edges.ends[:, 1], values[edges.ends[:, 0]])
+    return least
 
 
 def _best_of_both(gain: Floats, sides: Ints, triangles: int) -> Bools:
@@ -248,6 +276,11 @@ def _cotangent(points: Floats, tip: Ints, left: Ints, right: Ints) -> Floats:
 def _facing(points: Floats, triangles: Ints) -> Floats:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     return np.cross(b - a, c - a)
+
+
+def _worst_cosine(points: Floats, pair: tuple[Ints, Ints], up: Floats) -> Floats:
+    """Smaller cosine between the two triangles' normals and ``up``."""
+    return np.minimum(*(_cosine(_facing(points, corners), up) for corners in pair))
 
 
 def _cosine(u: Floats, v: Floats) -> Floats:

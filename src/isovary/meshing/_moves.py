@@ -52,15 +52,16 @@ def _pushes(bar: Floats, rest: Floats) -> Floats:
 def centroid_step(draft: Draft, lengths: Floats) -> Floats:
     """Steps (n, 3) to the centroid of the triangles around, dense where edges shall be short.
 
-    The weight of a triangle is its area over the fourth power of the wanted length, the density
-    of a centroidal Voronoi tessellation with such edges. On rims: of the two rim edges.
+    The weight of a triangle is its area over the square of the wanted length: its share of the
+    triangles. (The fourth power, the density of a centroidal Voronoi tessellation with such
+    edges, follows steep sizings less well.) On rims: of the two rim edges.
     """
     points, triangles = draft.points, draft.triangles
     corners = points[triangles]
     areas = np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    weight = areas / lengths[triangles].mean(axis=1) ** 4
+    weight = areas / lengths[triangles].mean(axis=1) ** 2
     step = _weighted_mean(triangles, corners.mean(axis=1), weight, points)
     edges = edges_with_sides(triangles)
     if edges.on_rim.any():
@@ -68,7 +69,7 @@ def centroid_step(draft: Draft, lengths: Floats) -> Floats:
         i, j = ends.T
         distance = np.linalg.norm(points[i] - points[j], axis=1)
         along = _weighted_mean(
-            ends, points[ends].mean(axis=1), distance / lengths[ends].mean(axis=1) ** 2, points
+            ends, points[ends].mean(axis=1), distance / lengths[ends].mean(axis=1), points
         )
         step = np.where((draft.rank > 0)[:, None], along, step)
     return step

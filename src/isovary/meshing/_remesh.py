@@ -79,11 +79,12 @@ def _edited(
     draft: Draft, sizes: SizingField, field: ScalarField, isovalue: float, few: int | None
 ) -> tuple[Draft, int]:
     """Too long edges split and too short ones collapsed; or ``few`` vertices more, or less."""
-    before = len(draft.points)
+    before, changes = len(draft.points), 0
     edges, ratio = _ratios(draft, sizes)
     if few is None or few > 0:
         excess = ratio - (_LONG if few is None else 0.0)
         draft = split_edges(draft, excess, edges, before if few is None else few)
+        changes += len(draft.points) - before
         edges, ratio = _ratios(draft, sizes)
     if few is None or few < 0:
         lack = (_SHORT if few is None else ratio.max() + 1) - ratio
@@ -97,9 +98,9 @@ def _edited(
             most,
             before if few is None else -few,
         )
-        draft = replace(draft, points=points, triangles=triangles, held=draft.held[old])
-    changed = len(draft.points) - before
-    return (settled(draft, field, isovalue) if changed else draft), changed
+        changes += len(draft.points) - len(points)
+        draft = Draft(points, triangles, draft.held[old], draft.normals[old])
+    return (settled(draft, field, isovalue) if changes else draft), changes
 
 
 def _ratios(draft: Draft, sizes: SizingField) -> tuple[Edges, Floats]:

@@ -24,7 +24,7 @@ GROWTH = 0.3
 
 _NEIGHBOURS = 3
 _CALIBRATIONS = 40
-_CLOSE = 0.002
+_CLOSE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,14 +101,12 @@ def sizing_field(
     lengths, least = made(np.inf)
     if least >= vertices:
         return SizingField(points, lengths, round(least))
-    high = low = float(np.sqrt(count_vertices(wanted) / vertices)) / 2
-    while made(high)[1] > vertices:
-        low, high = high, 2 * high
+    factor = float(np.sqrt(count_vertices(wanted) / vertices))
     for _ in range(_CALIBRATIONS):
-        lengths, count = made(float(np.sqrt(low * high)))
+        lengths, count = made(factor)
         if abs(count - vertices) < _CLOSE * vertices:
             break
-        low, high = (np.sqrt(low * high), high) if count > vertices else (low, np.sqrt(low * high))
+        factor *= float(np.sqrt(count / vertices))
     return SizingField(points, lengths, vertices)
 
 

@@ -16,7 +16,7 @@ from ._sizing import Sizing, uniform_sizing
 from ._sizing_field import SizingField, sizing_field
 
 DEFAULT_VERTICES = 1000
-_DETAIL = 10  # per cent of the vertices may be finer than the contouring grid
+_TERRACE = 0.1  # of the samples' distance
 
 
 def start(
@@ -42,9 +42,9 @@ def start(
         sizing, vertices = uniform_sizing, vertices or DEFAULT_VERTICES
     spacing = float(field.spacing.max())
     mesh, sizes = _contoured(field, isovalue, sizing, vertices, growth, spacing)
-    finest = float(np.percentile(sizes.lengths, _DETAIL))
-    if finest < spacing:
-        mesh, sizes = _contoured(field, isovalue, sizing, vertices, growth, finest)
+    usual = float(np.median(sizes.lengths))
+    if usual < spacing:
+        mesh, sizes = _contoured(field, isovalue, sizing, vertices, growth, usual)
     if vertices is not None and sizes.vertices > 1.02 * vertices:
         warnings.warn(
             f"vertices: expected at least {sizes.vertices}, so that no edge is longer than the "
@@ -52,7 +52,26 @@ def start(
             UserWarning,
             stacklevel=3,
         )
+    _warn_of_steps(mesh, field, isovalue)
     return mesh, sizes, topology(mesh.triangles)
+
+
+def _warn_of_steps(mesh: Draft, field: ScalarField, isovalue: float) -> None:
+    """Masks and integers: the gap between the samples around the isovalue moves the surface."""
+    above = field.values > isovalue
+    gap = np.array([field.values[~above].max(), field.values[above].min()])
+    step = float(np.diff(np.log(gap) if field.logarithmic else gap)[0])
+    slope = np.linalg.norm(field.level_set(mesh.points, isovalue)[1], axis=1)
+    moved = step / float(np.median(slope)) / float(field.spacing.max())
+    if moved > _TERRACE:
+        warnings.warn(
+            f"values: expected many on both sides of the isovalue, got steps from {gap[0]:.6g} to "
+            f"{gap[1]:.6g} there, which leave the isosurface uncertain by {moved:.2g} of the "
+            "samples' distance, as terraces; smooth the field first (field.smoothed, --smooth) "
+            "[I08]",
+            UserWarning,
+            stacklevel=4,
+        )
 
 
 def _contoured(
