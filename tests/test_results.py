@@ -18,6 +18,7 @@ FILES = {
     "change.vtu",
     "perturbed.vtu",
     "change.vtp",
+    "mesh_quality.png",
     "overview.png",
     "report.html",
     "summary.json",
@@ -101,13 +102,19 @@ def test_summary_is_enough_to_repeat_the_run(run, result, files):
     text = (run[0] / "summary.json").read_text()
     summary = json.loads(text, parse_constant=pytest.fail)
     assert summary["isovary"] == iv.__version__
-    assert {"python", "numpy", "scipy", "vtk", "mmgpy"} <= set(summary["versions"])
+    assert {"python", "numpy", "scipy", "vtk"} <= set(summary["versions"])
     choices = summary["choices"]
     assert (choices["vertices"], choices["pairs"], choices["times"]) == (200, 60, 20)
     assert choices["base_file"] == str(files[0].resolve())
     assert choices["base"]["sha256"] == result.choices["base"]["sha256"]
     assert summary["counts"]["nodes"] == len(result.base.points)
     assert sum(summary["counts"]["by_group"]) == summary["counts"]["significant"]
+    meshes = summary["mesh"]
+    assert {meshes[name]["triangles"] for name in ("base", "perturbed")} == {
+        len(result.base.triangles)
+    }
+    assert meshes["base"]["clean"]
+    assert meshes["base"]["quality"]["min"] > meshes["perturbed"]["quality"]["min"] > 0.3
     assert summary["change"]["relative_noise"] == pytest.approx(result.relative_noise, rel=1e-6)
     assert summary["area"]["base"] == pytest.approx(21.478435, rel=1e-3)
     stages = {"reading", "meshing", "eigenpairs of the base", "overview picture", "report"}

@@ -50,6 +50,7 @@ from .meshing import (
 )
 from .noise import noise_floor, sampling_floor
 from .projection import project
+from .quality import MeshQuality, mesh_quality
 from .records import Clusters, Correspondence, Eigenpairs, Laplacian, Surface
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
@@ -85,6 +86,7 @@ __all__ = [
     "IsovaryError",
     "Laplacian",
     "MeshError",
+    "MeshQuality",
     "RigidMotion",
     "RunError",
     "ScalarField",
@@ -127,6 +129,7 @@ __all__ = [
     "marching_cubes",
     "mean_size",
     "mesh_laplacian",
+    "mesh_quality",
     "near_rim",
     "noise_floor",
     "nonuniform_sizing",

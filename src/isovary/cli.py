@@ -1,4 +1,4 @@
-"""The command line: ``isovary demo``, ``isovary info``, ``isovary compare``.
+"""The command line: ``isovary demo``, ``info``, ``mesh``, ``compare``.
 
 Exit codes: 0 done, 1 the data cannot be compared (the message says why),
 2 wrong usage.
@@ -32,15 +32,18 @@ from . import (
 )
 from . import laplacian as operators
 from . import signature as signatures
-from .comparison import Comparison
+from .comparison import Comparison, field_facts
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
 from .io._atomic import check_output
+from .io._meshes import save_mesh
 from .io._results import save
-from .levels import Match
+from .levels import Match, Walk
 from .meshing import (
+    DEFAULT_VERTICES,
     Mesher,
     Sizing,
+    better_interpolation,
     curvature_sizing,
     distmesh,
     interpolation_errors,
@@ -48,7 +51,9 @@ from .meshing import (
     nonuniform_sizing,
     uniform_sizing,
 )
-from .methods import Signature
+from .methods import Signature, method_name
+from .notes import noted_warnings
+from .quality import mesh_quality
 from .records import Laplacian
 from .scalar_field import ScalarField
 
@@ -139,11 +144,14 @@ def compare_files(
     perturbed_array: str | None = None,
     spacing: tuple[float, float, float] | None = None,
     origin: tuple[float, float, float] | None = None,
+    smooth: float | None = None,
     vertices: int | None = None,
     order: Literal[1, 2] = 2,
     eigenpairs: int = 300,
     times: int = 100,
     groups: int = 3,
+    mesher: Literal["marching-cubes", "distmesh", "particles"] = "marching-cubes",
+    sizing: Literal["uniform", "curvature", "nonuniform"] = "uniform",
     laplacian: Literal[
         "fem",
         "fem-lumped",
@@ -182,6 +190,9 @@ def compare_files(
         Distance of samples along x, y, z for .npy and .npz files.
     origin
         Position of the first sample for .npy and .npz files.
+    smooth
+        Width of a Gaussian that smooths both fields first, in the unit of the spacing: for noisy
+        volumes, integers and masks.
     vertices
         Vertices of the base mesh. Default: the accuracy decides.
     order
@@ -192,6 +203,11 @@ def compare_files(
         Number of diffusion times, or of what else the signature is sampled at.
     groups
         Number of groups of changed nodes.
+    mesher
+        How the base is meshed: marching cubes remeshed, a truss, or repelling particles.
+    sizing
+        Edge lengths: equal, shorter where the surface curves, or graded along x without regard
+        to shape (the thesis's, for comparison).
     laplacian
         Discretization of the Laplace-Beltrami operator. fem is the most accurate by far;
         the others are the thesis's, for comparison.
@@ -208,7 +224,8 @@ def compare_files(
 
     def read(path: Path) -> ScalarField:
         name = (perturbed_array or array) if path is perturbed else array
-        return read_field(path, name, spacing=spacing, origin=origin)
+        field = read_field(path, name, spacing=spacing, origin=origin)
+        return field if smooth is None else field.smoothed(smooth)
 
     operator = _LAPLACIANS[laplacian]
     if boundary == "dirichlet":
@@ -220,6 +237,7 @@ def compare_files(
             )
         operator = partial(operator, dirichlet=True)
     options = {
+        "mesher": partial(_MESHERS[mesher], sizing=_SIZINGS[sizing]),
         "laplacian": operator,
         "signature": _SIGNATURES[signature],
         "vertices": vertices,
@@ -266,6 +284,107 @@ def info(file: Path, /, *, array: str | None = None, isovalue: float | None = No
         rows["half-grid error"] = ", ".join(f"{k} {v:.2g}" for k, v in errors.items()) + " (length)"
     for name, text in rows.items():
         _out.print(f"{name:<16} {text}", markup=False, soft_wrap=True)
+
+
+@app.command(name="mesh")
+def mesh_file(
+    field: Path,
+    /,
+    *,
+    isovalue: float,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    array: str | None = None,
+    spacing: tuple[float, float, float] | None = None,
+    origin: tuple[float, float, float] | None = None,
+    smooth: float | None = None,
+    vertices: int | None = None,
+    mesher: Literal["marching-cubes", "distmesh", "particles"] = "marching-cubes",
+    sizing: Literal["uniform", "curvature", "nonuniform"] = "uniform",
+    growth: float = 0.3,
+    order: Literal[1, 2] = 2,
+) -> None:
+    """Mesh an isosurface, and tell how good the mesh is.
+
+    Parameters
+    ----------
+    field
+        Field file: .vti, .npy, .npz, .cube or .cube.gz.
+    isovalue
+        Value of the isosurface, in the field's unit.
+    out
+        Folder for the mesh; an earlier result in it is replaced.
+    array
+        Array to read, where the file holds several; "s[3]" takes index 3 of a 4-D array.
+    spacing
+        Distance of samples along x, y, z for .npy and .npz files.
+    origin
+        Position of the first sample for .npy and .npz files.
+    smooth
+        Width of a Gaussian that smooths the field first, in the unit of the spacing.
+    vertices
+        Vertices of the mesh. Default: 1000; as many as it takes with --sizing curvature.
+    mesher
+        marching-cubes: remeshed to equal edges; distmesh: a truss; particles: repelling.
+    sizing
+        Edge lengths: equal, shorter where the surface curves, or graded along x.
+    growth
+        Largest difference of two edge lengths over the distance between them.
+    order
+        2: curved quadratic elements; 1: flat linear ones.
+    """
+    start = time.perf_counter()
+    check_output(out)
+    if vertices is None and sizing != "curvature":  # the others' lengths are in no unit
+        vertices = DEFAULT_VERTICES
+    chosen = {"vertices": vertices, "growth": growth, "order": order}
+    with _progress() as tell:
+        walk = Walk(tell)
+        with noted_warnings() as notes:
+            with walk.stage("reading", 0.1):
+                read = read_field(field, array, spacing=spacing, origin=origin)
+                read = read if smooth is None else read.smoothed(smooth)
+                used = better_interpolation(read, isovalue)
+            with walk.stage("meshing", 0.4):
+                surface = _MESHERS[mesher](used, isovalue, sizing=_SIZINGS[sizing], **chosen)
+            with walk.stage("mesh quality", 0.2):
+                quality = mesh_quality(surface, used, isovalue, sizing=_SIZINGS[sizing])
+        save_mesh(
+            surface,
+            quality,
+            out,
+            title=f"isosurface {used.name} = {isovalue:g}, {mesher}, {sizing} edges",
+            choices=_mesh_choices(field, used, isovalue, mesher, sizing, chosen),
+            notes=notes,
+            timings=walk.timings,
+            progress=lambda s, d: tell(s, 0.7 + 0.3 * d),
+        )
+    for line in (*(f"note: {note}" for note in notes), *str(quality).splitlines()):
+        _out.print(line, markup=False, soft_wrap=True)
+    _out.print(f"time        {time.perf_counter() - start:.0f} s", markup=False)
+    _out.print(f"open        {out / 'mesh_quality.png'}", markup=False, soft_wrap=True)
+
+
+def _mesh_choices(
+    path: Path,
+    field: ScalarField,
+    isovalue: float,
+    mesher: str,
+    sizing: str,
+    chosen: Mapping[str, object],
+) -> dict[str, object]:
+    """Everything that made a mesh, default or not."""
+    return {
+        "field_file": str(path.resolve()),
+        "field": field.name,
+        "samples": field_facts(field),
+        "isovalue": isovalue,
+        "interpolation": "logarithmic" if field.logarithmic else "plain",
+        "interpolation_errors_at_half_resolution": interpolation_errors(field, isovalue),
+        "mesher": method_name(_MESHERS[mesher]),
+        "sizing": method_name(_SIZINGS[sizing]),
+        **chosen,
+        "vertices": chosen["vertices"] or "by sizing",
+    }
 
 
 def _numbers(values: np.ndarray) -> str:

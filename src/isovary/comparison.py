@@ -37,6 +37,7 @@ from .meshing import Mesher, better_interpolation, interpolation_errors, marchin
 from .methods import Methods, Operator, Signature, method_name
 from .noise import SIGNIFICANCE, sampling_floor
 from .notes import noted_warnings, reader_notes
+from .quality import MeshQuality, mesh_quality
 from .records import Clusters, Correspondence, Eigenpairs, Surface
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
@@ -83,6 +84,8 @@ class Comparison:
         Groups of the significant nodes; -1 elsewhere.
     topology : Topology
         Of both isosurfaces.
+    base_quality, perturbed_quality : MeshQuality
+        How good the two meshes are.
     motion : RigidMotion
         Rigid part of the displacement.
     notes : tuple of str
@@ -109,6 +112,8 @@ class Comparison:
     significant: Bools
     clusters: Clusters
     topology: Topology
+    base_quality: MeshQuality
+    perturbed_quality: MeshQuality
     motion: RigidMotion
     notes: tuple[str, ...]
     choices: dict[str, object]
@@ -296,6 +301,9 @@ def compare(
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
         clusters = _groups(change, floor, significant, groups, rng)
+    with walk.stage("mesh quality"):
+        base_quality = mesh_quality(level.base, base, isovalue, sizing=methods.sizing)
+        perturbed_quality = mesh_quality(level.perturbed, perturbed, isovalue)
     walk.finish()
     choices: dict[str, object] = {
         **_fields_said(base, perturbed),
@@ -333,6 +341,8 @@ def compare(
         significant=significant,
         clusters=clusters,
         topology=topology(level.base.triangles),
+        base_quality=base_quality,
+        perturbed_quality=perturbed_quality,
         motion=rigid_part(level.base, level.correspondence.distance),
         notes=(),
         choices=choices,
@@ -407,14 +417,14 @@ def _fields_said(base: ScalarField, perturbed: ScalarField) -> dict[str, object]
     """What the record of choices says of the two fields."""
     return {
         "field": base.name,
-        "base": _facts(base),
-        "perturbed": _facts(perturbed),
+        "base": field_facts(base),
+        "perturbed": field_facts(perturbed),
         "interpolation": "logarithmic" if base.logarithmic else "plain",
     }
 
 
-def _facts(field: ScalarField) -> dict[str, object]:
-    """What identifies a field: its grid and the digest of its samples."""
+def field_facts(field: ScalarField) -> dict[str, object]:
+    """What identifies a field: its grid, its smoothing and the digest of its samples."""
     return {
         "shape": list(field.values.shape),
         "spacing": field.spacing.tolist(),

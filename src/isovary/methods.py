@@ -12,7 +12,7 @@ from .difference import heat_trace_scale, mean_size
 from .errors import ArgumentError
 from .geometry import Floats, node_areas, node_components
 from .laplacian import epsilon_graph, fem, knn_graph, uniform_graph
-from .meshing import Mesher, marching_cubes
+from .meshing import Mesher, Sizing, marching_cubes
 from .records import Eigenpairs, Laplacian, Surface
 from .signature import SignatureKind, heat_kernel_signature, signature_kind
 
@@ -40,6 +40,12 @@ class Methods:
     laplacian: Operator = fem
     signature: Signature = heat_kernel_signature
     mesher: Mesher = marching_cubes
+
+    @property
+    def sizing(self) -> Sizing | None:
+        """Edge lengths wanted of the mesher; None for its own."""
+        sizing: Sizing | None = getattr(self.mesher, "keywords", {}).get("sizing")
+        return sizing
 
     @property
     def kind(self) -> SignatureKind:

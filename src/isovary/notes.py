@@ -54,6 +54,7 @@ def reader_notes(result: Comparison, wanted_noise: float) -> tuple[str, ...]:
         *_motion(result),
         *_noise(result, wanted_noise),
         *_shape(result),
+        *_meshes(result),
         *_pairs(result),
     )
 
@@ -111,6 +112,18 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
                 "What the samples of the fields contribute is unknown: every other one gives no "
                 "such isosurface, or one that the box cuts elsewhere."
             )
+
+
+def _meshes(result: Comparison) -> list[str]:
+    """Meshes that are not fit for finite elements."""
+    return [
+        f"the {name} mesh is not clean: {'; '.join(quality.faults)}; look at mesh_quality.png [M14]"
+        for name, quality in (
+            ("base", result.base_quality),
+            ("perturbed", result.perturbed_quality),
+        )
+        if not quality.clean
+    ]
 
 
 def _shape(result: Comparison) -> Iterator[str]:

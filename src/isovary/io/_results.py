@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
-import platform
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import asdict, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,38 +13,27 @@ import numpy as np
 from ..comparison import Comparison
 from ..correspondence import interpolate
 from ..difference import change_norm
-from ..geometry import Floats, linear_triangles, triangle_quality
+from ..geometry import Floats
 from ..levels import Progress
-from ..records import Surface
 from ._atomic import write_folder
+from ._writing import curved_grid, flat_triangles, seconds, stage, write_summary, write_vtk
 
 if TYPE_CHECKING:
     import pyvista as pv
-
-_PACKAGES = (
-    "numpy",
-    "scipy",
-    "vtk",
-    "pyvista",
-    "mmgpy",
-    "robust_laplacian",
-    "matplotlib",
-    "plotly",
-)
-_VTK_TRIANGLE, _VTK_QUADRATIC_TRIANGLE = 5, 22
 
 
 def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | None = None) -> Path:
     """Write a comparison into a folder that appears whole or not at all.
 
-    ================  ============================================================
-    ``change.vtu``    base surface, true quadratic cells, all arrays
-    ``perturbed.vtu`` perturbed surface with its own signature
-    ``change.vtp``    base surface in flat triangles, for any viewer
-    ``overview.png``  the picture
-    ``report.html``   one file, opens offline, the surface can be turned
-    ``summary.json``  versions, choices, counts, noise, notes, timings
-    ================  ============================================================
+    ====================  ========================================================
+    ``change.vtu``        base surface, true quadratic cells, all arrays
+    ``perturbed.vtu``     perturbed surface with its own signature
+    ``change.vtp``        base surface in flat triangles, for any viewer
+    ``overview.png``      the picture
+    ``mesh_quality.png``  the base's mesh: how good it is
+    ``report.html``       one file, opens offline, the surface can be turned
+    ``summary.json``      versions, choices, counts, noise, notes, timings
+    ====================  ========================================================
 
     Parameters
     ----------
@@ -74,56 +57,29 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
     -----
     Cost: 10 s, most of it drawing; 20 MB for 4 000 nodes.
     """
-    from ..view import overview, write_report
+    from ..view import mesh_quality_figure, overview, write_report
+    from ..view._words import title
 
     timings = dict(result.timings)
     with write_folder(out) as folder:
-        with _stage("data files", 0.0, timings, progress):
-            _write(_change_grid(result), folder / "change.vtu")
-            _write(_perturbed_grid(result), folder / "perturbed.vtu")
-            _write(_flat_surface(result), folder / "change.vtp")
-        with _stage("overview picture", 0.2, timings, progress):
+        with stage("data files", 0.0, timings, progress):
+            write_vtk(_change_grid(result), folder / "change.vtu")
+            write_vtk(_perturbed_grid(result), folder / "perturbed.vtu")
+            write_vtk(_flat_surface(result), folder / "change.vtp")
+        with stage("overview picture", 0.2, timings, progress):
             picture = overview(result)
             picture.savefig(folder / "overview.png")
-        with _stage("report", 0.7, timings, progress):
+        with stage("mesh picture", 0.5, timings, progress):
+            words = f"isosurface {title(result)}, mesh of the base"
+            figure = mesh_quality_figure(result.base, result.base_quality, words)
+            figure.savefig(folder / "mesh_quality.png")
+        with stage("report", 0.7, timings, progress):
             write_report(result, folder / "report.html", picture=picture)
         summary = _summary(replace(result, timings=timings))
-        text = json.dumps(_plain(summary), indent=2, allow_nan=False)
-        (folder / "summary.json").write_text(text + "\n", encoding="utf-8")
+        write_summary(summary, folder)
     if progress:
         progress("done", 1.0)
     return Path(out)
-
-
-@contextmanager
-def _stage(
-    name: str, done: float, timings: dict[str, float], progress: Progress | None
-) -> Iterator[None]:
-    if progress:
-        progress(name, done)
-    start = time.perf_counter()
-    yield
-    timings[name] = time.perf_counter() - start
-
-
-def _grid(surface: Surface) -> pv.UnstructuredGrid:
-    import pyvista as pv
-
-    cell = _VTK_TRIANGLE if surface.order == 1 else _VTK_QUADRATIC_TRIANGLE
-    return pv.UnstructuredGrid({cell: surface.triangles}, surface.points)
-
-
-def _write(data: pv.DataSet, path: Path) -> None:
-    """VTK makes the XML in memory and Python writes it: VTK's own writer crashes on a full disk."""
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
-
-    writer = vtkXMLPolyDataWriter() if path.suffix == ".vtp" else vtkXMLUnstructuredGridWriter()
-    writer.SetInputData(data)
-    writer.SetDataModeToBinary()
-    writer.SetCompressorTypeToZLib()
-    writer.WriteToOutputStringOn()
-    writer.Write()
-    path.write_text(writer.GetOutputString(), encoding="utf-8")
 
 
 def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
@@ -145,7 +101,7 @@ def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
 
 
 def _change_grid(result: Comparison) -> pv.UnstructuredGrid:
-    grid, name = _grid(result.base), result.methods.kind.short
+    grid, name = curved_grid(result.base), result.methods.kind.short
     grid.point_data[f"{name}_base"] = result.base_signature
     grid.point_data[f"{name}_perturbed"] = result.perturbed_signature
     grid.point_data[f"{name}_change"] = result.change
@@ -163,18 +119,14 @@ def _columns_name(result: Comparison) -> str:
 
 
 def _perturbed_grid(result: Comparison) -> pv.UnstructuredGrid:
-    grid, methods = _grid(result.perturbed), result.methods
+    grid, methods = curved_grid(result.perturbed), result.methods
     grid.point_data[methods.kind.short] = methods.signature(result.perturbed_pairs, result.times)
     grid.field_data[_columns_name(result)] = result.columns
     return grid
 
 
 def _flat_surface(result: Comparison) -> pv.PolyData:
-    import pyvista as pv
-
-    pieces = linear_triangles(result.base.triangles)
-    faces = np.hstack([np.full((len(pieces), 1), 3), pieces])
-    flat = pv.PolyData(result.base.points, faces=faces.ravel())
+    flat = flat_triangles(result.base)
     for name, values in _node_arrays(result).items():
         flat.point_data[name] = values
     flat.point_data["Normals"] = result.base.normals
@@ -185,12 +137,6 @@ def _flat_surface(result: Comparison) -> pv.PolyData:
 def _summary(result: Comparison) -> dict[str, Any]:
     """Everything a reader needs to judge the result and to repeat it."""
     return {
-        "isovary": version("isovary"),
-        "versions": {
-            "python": platform.python_version(),
-            "platform": platform.platform(),
-            **{name: version(name) for name in _PACKAGES},
-        },
         "isovalue": result.isovalue,
         "choices": result.choices,
         "notes": list(result.notes),
@@ -206,9 +152,9 @@ def _summary(result: Comparison) -> dict[str, Any]:
         "coverage": result.coverage,
         "topology": asdict(result.topology),
         "area": {"base": result.base_pairs.area, "perturbed": result.perturbed_pairs.area},
-        "mesh_quality": {
-            "base": _quality(result.base),
-            "perturbed": _quality(result.perturbed),
+        "mesh": {
+            "base": result.base_quality.summary(),
+            "perturbed": result.perturbed_quality.summary(),
         },
         "change": _sizes(result),
         "rigid_motion": asdict(result.motion) | {"share": result.motion.share},
@@ -228,13 +174,8 @@ def _summary(result: Comparison) -> dict[str, Any]:
                 "perturbed": result.perturbed_pairs.residuals.max(),
             },
         },
-        "timings_seconds": {name: round(value, 3) for name, value in result.timings.items()},
+        "timings_seconds": seconds(result.timings),
     }
-
-
-def _quality(surface: Surface) -> dict[str, float]:
-    quality = triangle_quality(surface.points, surface.triangles)
-    return {"mean": float(quality.mean()), "minimum": float(quality.min())}
 
 
 def _sizes(result: Comparison) -> dict[str, float]:
@@ -252,18 +193,3 @@ def _sizes(result: Comparison) -> dict[str, float]:
 
 def _rms(values: Floats) -> float:
     return float(np.sqrt(np.nanmean(values**2)))
-
-
-def _plain(value: Any) -> Any:
-    """The value in JSON's own types; NaN and infinity become null."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value

@@ -9,11 +9,13 @@ from ._distmesh import distmesh
 from ._interpolation import better_interpolation, interpolation_errors
 from ._marching_cubes import marching_cubes
 from ._sizing import Sizing, curvature_sizing, nonuniform_sizing, uniform_sizing
+from ._start import DEFAULT_VERTICES
 
 Mesher = Callable[..., Surface]
 """A method of this room: field, isovalue; vertices, sizing, growth, order, progress by name."""
 
 __all__ = [
+    "DEFAULT_VERTICES",
     "Mesher",
     "Sizing",
     "better_interpolation",

@@ -16,6 +16,8 @@ from ._sizing import Sizing, uniform_sizing
 from ._sizing_field import SizingField, sizing_field
 
 DEFAULT_VERTICES = 1000
+"""Of a mesh for which neither a number nor edge lengths are given."""
+
 _TERRACE = 0.1  # of the samples' distance
 
 

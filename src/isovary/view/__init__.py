@@ -1,11 +1,12 @@
-"""A comparison made visible: one picture, and one page that can be turned.
+"""A comparison made visible: one picture, and one page that can be turned; a mesh's quality.
 
 Pictures are drawn by VTK where OpenGL works and by matplotlib elsewhere; set
 ``ISOVARY_NO_OPENGL=1`` to choose the latter.
 """
 
+from ._mesh_quality import mesh_quality_figure
 from ._opengl import can_draw
 from ._overview import overview
 from ._report import write_report
 
-__all__ = ["can_draw", "overview", "write_report"]
+__all__ = ["can_draw", "mesh_quality_figure", "overview", "write_report"]

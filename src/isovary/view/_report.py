@@ -191,11 +191,24 @@ def _tables(result: Comparison) -> str:
     choices = "".join(_row(name, _said(value)) for name, value in result.choices.items())
     seconds = dict(result.timings) | {"together": sum(result.timings.values())}
     timings = "".join(_row(name, f"{value:.2f} s", "number") for name, value in seconds.items())
-    parts = {"Counts": counts, "Choices": choices, "Time": timings}
+    parts = {"Counts": counts, "Mesh": _mesh_rows(result), "Choices": choices, "Time": timings}
     return "".join(
         f"<div><h3>{name}</h3><table><tbody>{rows}</tbody></table></div>"
         for name, rows in parts.items()
     )
+
+
+def _mesh_rows(result: Comparison) -> str:
+    """How good the two meshes are."""
+    rows = ""
+    for name, quality in (("base", result.base_quality), ("perturbed", result.perturbed_quality)):
+        q, angles = quality.quality, quality.angles
+        said = (
+            f"quality {q.mean():.3f} in the mean, {q.min():.2g} the worst; angles "
+            f"{angles.min():.0f} to {angles.max():.0f} degrees; "
+        )
+        rows += _row(name, said + ("clean" if quality.clean else "; ".join(quality.faults)))
+    return rows
 
 
 def _row(name: str, value: str, kind: str = "") -> str:
