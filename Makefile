@@ -21,7 +21,7 @@ make_venv = { command -v uv >/dev/null 2>&1 \
 	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(1); } \
 	|| $(PYTHON) -m venv $(1)
 
-.PHONY: help demo test check teeth docs bench bench-operators bench-eigensolve clean distclean
+.PHONY: help demo test check teeth docs bench bench-operators bench-meshers bench-eigensolve clean distclean
 
 help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
@@ -31,6 +31,7 @@ help:
 	@echo 'make docs       build the documentation into docs/_build'
 	@echo 'make bench      run the benchmarks'
 	@echo 'make bench-operators    every operator against exact answers'
+	@echo 'make bench-meshers      every mesher and sizing function, and the signature on its meshes'
 	@echo 'make bench-eigensolve   the eigensolve beside other packages, which go into $(PEERS)'
 	@echo 'make clean      remove what was built; make distclean removes $(VENV) and $(PEERS) too'
 	@echo
@@ -59,6 +60,9 @@ bench: $(STAMP)
 
 bench-operators: $(STAMP)
 	$(BIN)/python benchmarks/operators.py
+
+bench-meshers: $(STAMP)
+	$(BIN)/python benchmarks/meshers.py
 
 bench-eigensolve: $(PEERS)/.stamp
 	$(PEERS)/bin/python benchmarks/eigensolvers.py $(ARGS)

@@ -1,4 +1,4 @@
-"""Break each operator and signature on purpose, and see its tests fail.
+"""Break each operator, signature and mesher on purpose, and see its tests fail.
 
 A test that cannot fail is decoration. Each fault below is planted alone into a copy of the
 package, the tests named beside it are run on that copy, and one of them must fail. Run by
@@ -24,6 +24,10 @@ BOUNDARIES = "tests/test_boundaries.py"
 EXACT = "tests/test_exact.py"
 METHODS = "tests/test_methods.py"
 SPECTRUM = "tests/test_spectrum.py"
+MESHERS = "tests/contracts/test_meshing.py"
+EDITS = "tests/test_mesh_edits.py"
+SIZING = "tests/test_sizing.py"
+RIMS = "tests/test_mesh_rims.py"
 
 
 @dataclass(frozen=True)
@@ -283,6 +287,181 @@ FAULTS = (
         "radius = 2 * np.sqrt(",
         "radius = np.sqrt(",
         (BOUNDARIES, EXACT),
+    ),
+    Fault(
+        "edits: edges collapse whatever their ends share",
+        "meshing/_edits.py",
+        "(shared == opposite) & more & along_rim",
+        "more & along_rim",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: a lone tetrahedron collapses",
+        "meshing/_edits.py",
+        "(shared == opposite) & more & along_rim",
+        "(shared == opposite) & along_rim",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: two rims are drawn together",
+        "meshing/_edits.py",
+        "along_rim = (low == 0) | (high == 0) | edges.on_rim",
+        "along_rim = low >= 0",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: an end inside may keep its place before one on a rim",
+        "meshing/_edits.py",
+        "keep = np.where(rank[low] >= rank[high], low, high)",
+        "keep = low",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: collapses make edges of any length",
+        "meshing/_edits.py",
+        "bad |= length > np.minimum(",
+        "bad |= length > np.inf * np.minimum(",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: collapses turn triangles over",
+        "meshing/_edits.py",
+        "bad = _cosine(_facing(points, before), _facing(moved, after)) < _FACING",
+        "bad = np.zeros(len(before), dtype=bool)",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: flips away from Delaunay",
+        "meshing/_edits.py",
+        "good = ((gain > 1e-9) | turned)",
+        "good = (gain < -1e-9) | turned",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: flips make an edge that is there",
+        "meshing/_edits.py",
+        " & ~_there(edges.ends, c, d)",
+        "",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: half of a split triangle turned over",
+        "meshing/_edits.py",
+        "np.stack([m, b, c], axis=1)",
+        "np.stack([b, m, c], axis=1)",
+        (EDITS,),
+    ),
+    Fault(
+        "edits: more edges split than asked",
+        "meshing/_edits.py",
+        '(-excess[chosen], kind="stable")[:most]]',
+        '(-excess[chosen], kind="stable")]',
+        (EDITS,),
+    ),
+    Fault(
+        "curvature: not divided by the gradient",
+        "meshing/_curvature.py",
+        "hessian, flat) / slope[:, None, None]",
+        "hessian, flat)",
+        (SIZING,),
+    ),
+    Fault(
+        "curvature: hollows for bumps",
+        "meshing/_curvature.py",
+        "shape = -np.einsum",
+        "shape = np.einsum",
+        (SIZING,),
+    ),
+    Fault(
+        "sizing: sum of the curvatures' squares, not their mean",
+        "meshing/_sizing.py",
+        "** 2).mean(axis=1))",
+        "** 2).sum(axis=1))",
+        (SIZING,),
+    ),
+    Fault(
+        "sizing: growth squared",
+        "meshing/_sizing_field.py",
+        "way = growth * np.linalg.norm",
+        "way = growth**2 * np.linalg.norm",
+        (SIZING,),
+    ),
+    Fault(
+        "sizing: mean curvature for the greatest",
+        "meshing/_sizing_field.py",
+        "np.abs(principal_curvatures(points, field)).max(axis=1)",
+        "np.abs(principal_curvatures(points, field)).mean(axis=1)",
+        (SIZING,),
+    ),
+    Fault(
+        "sizing: rim edges not counted",
+        "meshing/_sizing_field.py",
+        "triangles / 2 + rim_edges / 2 + euler",
+        "triangles / 2 + euler",
+        (SIZING,),
+    ),
+    Fault(
+        "remeshing: edges between two rims are held on the face",
+        "meshing/_remesh.py",
+        " & edges.on_rim[halved, None]",
+        "",
+        (RIMS,),
+    ),
+    Fault(
+        "moves: centroids whatever the wanted length",
+        "meshing/_moves.py",
+        "weight = areas / lengths[triangles].mean(axis=1) ** 2",
+        "weight = areas",
+        (RIMS,),
+    ),
+    Fault(
+        "moves: no bars to mirror images",
+        "meshing/_moves.py",
+        "scale * lengths[tip])",
+        "0 * lengths[tip])",
+        (RIMS,),
+    ),
+    Fault(
+        "meshes: midpoints leave the face",
+        "meshing/_finish.py",
+        "held[edges].all(axis=1) & (counts == 1)[:, None]",
+        "held[edges].all(axis=1) & False",
+        (RIMS,),
+    ),
+    Fault(
+        "meshes: midpoints of inner edges are held on the face",
+        "meshing/_finish.py",
+        "held[edges].all(axis=1) & (counts == 1)[:, None]",
+        "held[edges].all(axis=1)",
+        (RIMS,),
+    ),
+    Fault(
+        "meshes: distorted triangles stay",
+        "meshing/_finish.py",
+        "_LEAST_JACOBIAN = 0.1",
+        "_LEAST_JACOBIAN = -9.0",
+        (RIMS,),
+    ),
+    Fault(
+        "meshes: triangles may face inward",
+        "meshing/_finish.py",
+        " | ~(along > 0)",
+        "",
+        (RIMS,),
+    ),
+    Fault(
+        "projection: what is held is not asked",
+        "projection.py",
+        "if held is None else held",
+        "if held is None or True else held",
+        (RIMS,),
+    ),
+    Fault(
+        "meshes: no word about more vertices than wanted",
+        "meshing/_start.py",
+        "sizes.vertices > 1.02 * vertices",
+        "sizes.vertices > 99 * vertices",
+        (f"{MESHERS}::test_a_tiny_component_stays_with_few_vertices",),
     ),
 )
 

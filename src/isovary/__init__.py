@@ -45,6 +45,7 @@ from .meshing import (
     interpolation_errors,
     marching_cubes,
     nonuniform_sizing,
+    particles,
     principal_curvatures,
     uniform_sizing,
 )
@@ -134,6 +135,7 @@ __all__ = [
     "noise_floor",
     "nonuniform_sizing",
     "normal_rays",
+    "particles",
     "point_cloud",
     "principal_curvatures",
     "project",

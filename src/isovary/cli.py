@@ -49,6 +49,7 @@ from .meshing import (
     interpolation_errors,
     marching_cubes,
     nonuniform_sizing,
+    particles,
     uniform_sizing,
 )
 from .methods import Signature, method_name
@@ -80,7 +81,11 @@ _SIGNATURES: dict[str, Signature] = {
     "wave-kernel": signatures.wave_kernel_signature,
     "global-point": signatures.global_point_signature,
 }
-_MESHERS: dict[str, Mesher] = {"marching-cubes": marching_cubes, "distmesh": distmesh}
+_MESHERS: dict[str, Mesher] = {
+    "marching-cubes": marching_cubes,
+    "distmesh": distmesh,
+    "particles": particles,
+}
 _SIZINGS: dict[str, Sizing] = {
     "uniform": uniform_sizing,
     "curvature": curvature_sizing,

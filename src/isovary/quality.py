@@ -207,9 +207,9 @@ def mesh_quality(
 ) -> MeshQuality:
     """Counts, quality, angles, Jacobians and faults of a mesh; with its field, distances, too.
 
-    The distance of a point to the isosurface is that of one Newton step, |g| / |grad g| with g
-    the field's level set function, exact to second order. It is taken at the nodes, and at the
-    12 quadrature points and the middle of each triangle.
+    The distance of a point to the isosurface is that of one Newton step,
+    ``abs(g) / norm(grad g)`` with g the field's level set function, exact to second order. It is
+    taken at the nodes, and at the 12 quadrature points and the middle of each triangle.
 
     Parameters
     ----------

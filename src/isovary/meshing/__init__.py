@@ -8,6 +8,7 @@ from ._curvature import principal_curvatures
 from ._distmesh import distmesh
 from ._interpolation import better_interpolation, interpolation_errors
 from ._marching_cubes import marching_cubes
+from ._particles import particles
 from ._sizing import Sizing, curvature_sizing, nonuniform_sizing, uniform_sizing
 from ._start import DEFAULT_VERTICES
 
@@ -25,6 +26,7 @@ __all__ = [
     "interpolation_errors",
     "marching_cubes",
     "nonuniform_sizing",
+    "particles",
     "principal_curvatures",
     "uniform_sizing",
 ]

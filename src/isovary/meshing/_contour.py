@@ -9,6 +9,7 @@ from ..geometry import Bools, Floats, Ints, node_normals
 from ..records import Surface
 from ..scalar_field import ScalarField
 
+_CLEAR, _ON = 1e-3, 1e-9  # of the largest difference to a neighbour
 _FINEST = 4  # cells of the contouring grid along one of the data's: the spline has no more detail
 
 
@@ -55,8 +56,8 @@ def contour(field: ScalarField, isovalue: float, *, resolution: float | None = N
     factors = np.clip(wanted, 1, _FINEST)
     low, high = _crossed(field.values > isovalue)
     level = float(np.log(isovalue)) if field.logarithmic else isovalue
-    samples = field.refine(factors, low, high)
-    index, triangles = _flying_edges(_keep_clear(samples, level), level)
+    samples, low = _block(field, factors, low, high, level)
+    index, triangles = _flying_edges(samples, level)
     if len(triangles) == 0:
         raise FieldError(
             "I02",
@@ -81,20 +82,51 @@ def _crossed(above: Bools) -> tuple[Ints, Ints]:
     return np.maximum(low - 1, 0), np.minimum(high + 1, shape - 1)
 
 
+def _block(
+    field: ScalarField, factors: Ints, low: Ints, high: Ints, level: float
+) -> tuple[Floats, Ints]:
+    """Refined samples around the surface, clear of the isovalue, and the block's first index (3,).
+
+    Between the samples the spline may cross farther out: the block grows until nothing crosses
+    the faces that are not the box's.
+    """
+    top = np.array(field.values.shape) - 1
+    while True:
+        samples = _keep_clear(field.refine(factors, low, high), level)
+        below = [_cut(samples[(slice(None),) * axis + (0,)], level) for axis in range(3)]
+        above = [_cut(samples[(slice(None),) * axis + (-1,)], level) for axis in range(3)]
+        lower, upper = np.array(below) & (low > 0), np.array(above) & (high < top)
+        if not (lower.any() or upper.any()):
+            return samples, low
+        low, high = np.maximum(low - 2 * lower, 0), np.minimum(high + 2 * upper, top)
+
+
+def _cut(face: Floats, level: float) -> bool:
+    """Whether the isosurface crosses a face of samples."""
+    return bool(face.min() <= level < face.max())
+
+
 def _keep_clear(samples: Floats, isovalue: float) -> Floats:
-    """Samples moved off the isovalue by at least 1e-3 of the largest difference to a neighbour."""
-    reach = np.zeros_like(samples)
+    """Samples moved off the isovalue by at least 1e-3 of the largest difference to a neighbour.
+
+    They keep their side; those on the isovalue go to that of their neighbours' sum, so that a
+    surface which only touches a sample leaves nothing there.
+    """
+    reach, around = np.zeros_like(samples), np.zeros_like(samples)
     for axis in range(3):
-        step = np.abs(np.diff(samples, axis=axis))
+        difference = np.diff(samples, axis=axis)
         lower = [slice(None)] * 3
         upper = [slice(None)] * 3
         lower[axis], upper[axis] = slice(None, -1), slice(1, None)
-        reach[tuple(lower)] = np.maximum(reach[tuple(lower)], step)
-        reach[tuple(upper)] = np.maximum(reach[tuple(upper)], step)
+        for here, step in ((tuple(lower), difference), (tuple(upper), -difference)):
+            reach[here] = np.maximum(reach[here], np.abs(step))
+            around[here] += step
+    reach = np.where(reach > 0, reach, reach.max())  # a plateau: anything will do
     distance = samples - isovalue
-    near = np.abs(distance) < 1e-3 * reach
-    side = np.where(distance >= 0, 1.0, -1.0)
-    return np.where(near, isovalue + side * 1e-3 * reach, samples)
+    undecided = np.abs(distance) < _ON * reach
+    side = np.where(np.where(undecided, around, distance) > 0, 1.0, -1.0)
+    near = np.abs(distance) < _CLEAR * reach
+    return np.where(near, isovalue + side * _CLEAR * reach, samples)
 
 
 def _flying_edges(samples: Floats, isovalue: float) -> tuple[Floats, Ints]:

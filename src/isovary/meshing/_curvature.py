@@ -45,3 +45,23 @@ def principal_curvatures(points: ArrayLike, field: ScalarField) -> Floats:
     square = np.einsum("nij,nij->n", shape, shape)
     half = np.sqrt(np.maximum(square / 2 - mean**2, 0.0))
     return np.stack([mean - half, mean + half], axis=1)
+
+
+def section_curvatures(points: Floats, field: ScalarField, planes: Floats) -> Floats:
+    """Curvature (n,), without a sign, of the curves in which planes cut the isosurface.
+
+    ``abs(t H t) / abs(g')`` with the unit tangent t and the part g' of the gradient in the plane.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+    field : ScalarField
+    planes : array (n, 3)
+        Unit normals of the planes through the points.
+    """
+    gradient, hessian = field.gradient(points), field.hessian(points)
+    along = np.cross(gradient, planes)  # as long as the part of the gradient in the plane
+    slope = np.maximum(np.linalg.norm(along, axis=1), np.finfo(float).tiny)
+    tangent = along / slope[:, None]
+    curvature: Floats = np.abs(np.einsum("ni,nij,nj->n", tangent, hessian, tangent)) / slope
+    return curvature

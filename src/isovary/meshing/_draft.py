@@ -59,29 +59,41 @@ def draft(points: Floats, triangles: Ints, field: ScalarField, isovalue: float) 
     return settled(Draft(points, triangles, held, normals), field, isovalue)
 
 
+def held_between(points: Floats, held: Bools, i: Ints, j: Ints) -> Bools:
+    """Coordinates (k, 3) that hold the middle of a rim edge i j: of one face that holds both."""
+    same: Bools = held[i] & held[j] & (points[i] == points[j])
+    return same
+
+
 def settled(draft: Draft, field: ScalarField, isovalue: float) -> Draft:
     """One Newton step towards the isosurface, within the faces that hold a point, and normals."""
     low, high = field.bounds
     level, gradient = field.level_set(draft.points, isovalue)
     free = np.where(draft.held, 0.0, gradient)
-    square = np.maximum((free**2).sum(axis=1), np.finfo(float).tiny)
-    step = -(level / square)[:, None] * free
+    square = (free**2).sum(axis=1)
+    some = square > 0
+    step = -np.where(some, level, 0.0)[:, None] / np.where(some, square, 1.0)[:, None] * free
     length = np.linalg.norm(step, axis=1, keepdims=True)
     longest = float(field.spacing.max())
     step *= longest / np.maximum(length, longest)
     points = np.where(draft.held, draft.points, np.clip(draft.points + step, low, high))
-    slope = np.linalg.norm(gradient, axis=1, keepdims=True)
+    slope = np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), np.finfo(float).tiny)
     return replace(draft, points=points, normals=-gradient / slope)
 
 
-def moved(draft: Draft, step: Floats, field: ScalarField, isovalue: float) -> Draft:
-    """Vertices moved by the part of ``step`` that lies in the surface and in their faces."""
-    low, high = field.bounds
+def tangential(draft: Draft, vectors: Floats) -> Floats:
+    """The parts of vectors (n, 3) that lie in the surface and in the faces that hold a point."""
     across = np.where(draft.held, 0.0, draft.normals)
     square = np.maximum((across**2).sum(axis=1), np.finfo(float).tiny)
-    step = np.where(draft.held, 0.0, step)
-    step = step - ((step * across).sum(axis=1) / square)[:, None] * across
-    step[draft.rank == 2] = 0.0
+    vectors = np.where(draft.held, 0.0, vectors)
+    vectors = vectors - ((vectors * across).sum(axis=1) / square)[:, None] * across
+    return np.where((draft.rank == 2)[:, None], 0.0, vectors)
+
+
+def moved(draft: Draft, step: Floats, field: ScalarField, isovalue: float) -> Draft:
+    """Vertices moved by the tangential part of ``step``, where no triangle is turned over."""
+    low, high = field.bounds
+    step = tangential(draft, step)
     result = settled(
         replace(draft, points=np.clip(draft.points + step, low, high)), field, isovalue
     )

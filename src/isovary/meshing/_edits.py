@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _FACING = 0.2  # smallest cosine between a new triangle and the ones that it replaces
 _FIRST = 1e9  # gain of a flip that turns a triangle outward
-_SWEEPS, _TRIES = 3, 6
+_SWEEPS, _TRIES, _WAITING = 3, 6, 20
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +123,7 @@ def split(
 def collapse(
     points: Floats,
     triangles: Ints,
+    normals: Floats,
     lack: Floats,
     edges: Edges,
     rank: Ints,
@@ -140,13 +141,13 @@ def collapse(
     merged, moved = np.arange(len(points)), points
     banned = np.zeros(len(lack), dtype=bool)
     for _ in range(_TRIES):  # those that fail stand back for their neighbours
-        chosen = _apart(np.where(banned, -np.inf, lack), edges, len(points))[:most]
+        chosen = _apart(np.where(banned, -np.inf, lack), edges, len(points), most)
         low, high = edges.ends[chosen].T
         keep = np.where(rank[low] >= rank[high], low, high)
         drop = low + high - keep
         equal = (rank[low] == rank[high])[:, None]
         place = np.where(equal, (points[low] + points[high]) / 2, points[keep])
-        good = _collapse_is_sound(points, triangles, keep, drop, place, longest)
+        good = _collapse_is_sound(points, triangles, normals, keep, drop, place, longest)
         banned[chosen[~good]] = True
         if good.all():
             break
@@ -181,7 +182,13 @@ def _collapsible(triangles: Ints, edges: Edges, rank: Ints) -> Bools:
 
 
 def _collapse_is_sound(
-    points: Floats, triangles: Ints, keep: Ints, drop: Ints, place: Floats, longest: Floats
+    points: Floats,
+    triangles: Ints,
+    normals: Floats,
+    keep: Ints,
+    drop: Ints,
+    place: Floats,
+    longest: Floats,
 ) -> Bools:
     """Mask of the collapses that turn no triangle over and leave no edge too long."""
     which = np.full(len(points), -1)
@@ -193,7 +200,11 @@ def _collapse_is_sound(
     left = (after != np.roll(after, 1, axis=1)).all(axis=1)
     before, after = before[left], after[left]
     owner = which[before].max(axis=1)
-    bad = _cosine(_facing(points, before), _facing(moved, after)) < _FACING
+    old, new = _facing(points, before), _facing(moved, after)
+    bad = _cosine(old, new) < _FACING
+    bad |= _cosine(new, normals[after].sum(axis=1)) < np.minimum(
+        _FACING, _cosine(old, normals[before].sum(axis=1))
+    )
     for i, j in ((0, 1), (1, 2), (2, 0)):
         length = np.linalg.norm(moved[after[:, i]] - moved[after[:, j]], axis=1)
         bad |= length > np.minimum(longest[after[:, i]], longest[after[:, j]])
@@ -202,10 +213,10 @@ def _collapse_is_sound(
     return good
 
 
-def _apart(lack: Floats, edges: Edges, count: int) -> Ints:
-    """Edges of positive lack, greatest first, no end of one beside an end of another."""
+def _apart(lack: Floats, edges: Edges, count: int, most: int) -> Ints:
+    """At most ``most`` edges of positive lack, no end of one beside an end of another."""
     waiting = np.flatnonzero(lack > 0)
-    waiting = waiting[np.argsort(-lack[waiting], kind="stable")]
+    waiting = waiting[np.argsort(-lack[waiting], kind="stable")][: _WAITING * most]
     chosen = []
     for _ in range(_SWEEPS):
         place = np.arange(len(waiting))
@@ -219,7 +230,7 @@ def _apart(lack: Floats, edges: Edges, count: int) -> Ints:
         taken = _least_around(taken, edges)
         waiting = waiting[(taken[edges.ends[waiting]] > 0).all(axis=1)]
     found = np.concatenate(chosen)
-    apart: Ints = found[np.argsort(-lack[found], kind="stable")]
+    apart: Ints = found[np.argsort(-lack[found], kind="stable")][:most]
     return apart
 
 

@@ -11,7 +11,7 @@ from ..geometry import Floats, Topology, edges_of, jacobian_ratios, topology, wi
 from ..projection import outward_normals, project
 from ..records import Surface
 from ..scalar_field import ScalarField
-from ._draft import Draft, settled
+from ._draft import Draft, held_between, settled
 from ._edits import edges_with_sides, flip
 from ._remesh import split_edges
 
@@ -62,7 +62,7 @@ def _on_isosurface(draft: Draft, field: ScalarField, isovalue: float, order: int
     points, triangles, held = draft.points, draft.triangles, draft.held
     if order == 2:
         edges, _, counts = edges_of(triangles)
-        on_rim = held[edges].all(axis=1) & (counts == 1)[:, None]
+        on_rim = held_between(points, held, *edges.T) & (counts == 1)[:, None]
         points, triangles = with_midpoints(points, triangles)
         held = np.concatenate([held, on_rim])
     nodes = project(points, field, isovalue, held=held)

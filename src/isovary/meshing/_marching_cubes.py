@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from ..errors import ArgumentError
+from ..geometry import topology
 from ..records import Surface
 from ..scalar_field import ScalarField
+from ._contour import contour
+from ._draft import draft
 from ._finish import finished
 from ._moves import centroid_step
 from ._remesh import Progress, remesh
 from ._sizing import Sizing
 from ._sizing_field import GROWTH
-from ._start import start
+from ._start import check_order, start
 
 _ROUNDS, _STILL = 40, 0.02
 
@@ -47,8 +51,8 @@ def marching_cubes(
     order : int
         2 for curved six-node triangles, 1 for flat ones.
     remeshed : bool
-        False leaves the marching-cubes triangles as they are, slivers and all: the thesis's
-        mesh, of the data's grid, with its nodes on the isosurface.
+        False leaves the marching-cubes triangles of the data's grid as they are, slivers and
+        all: the thesis's mesh, but with its nodes on the isosurface.
     progress : callable, optional
         Called with a stage's name and the part of it done, 0 to 1.
 
@@ -92,7 +96,24 @@ def marching_cubes(
     >>> len(set(sphere.corners.ravel())), round(sphere.area / 3.14159265, 4)
     (400, 4.0)
     """
+    if not remeshed:
+        return _raw(field, isovalue, vertices, sizing, order)
     mesh, sizes, expected = start(field, isovalue, vertices, sizing, growth, order)
-    if remeshed:
-        mesh = remesh(mesh, sizes, field, isovalue, centroid_step, _ROUNDS, _STILL, progress)
+    mesh = remesh(mesh, sizes, field, isovalue, centroid_step, _ROUNDS, _STILL, progress)
     return finished(mesh, field, isovalue, order, expected)
+
+
+def _raw(
+    field: ScalarField, isovalue: float, vertices: int | None, sizing: Sizing | None, order: int
+) -> Surface:
+    """The contour's own triangles, with their nodes on the isosurface."""
+    check_order(order)
+    if vertices is not None or sizing is not None:
+        raise ArgumentError(
+            "A02",
+            "remeshed: expected True with vertices or a sizing, got False; the triangles of "
+            "marching cubes are as many as the data's grid makes",
+        )
+    raw = contour(field, isovalue)
+    mesh = draft(raw.points, raw.triangles, field, isovalue)
+    return finished(mesh, field, isovalue, order, topology(raw.triangles))

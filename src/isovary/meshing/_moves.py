@@ -31,13 +31,13 @@ def truss_step(draft: Draft, lengths: Floats) -> Floats:
     wanted = (lengths[i] + lengths[j]) / 2
     scale = _PRESSURE * np.sqrt((bar**2).sum() / (wanted**2).sum())
     push = _pushes(bar, scale * wanted)
-    force = _summed(i, push, count) - _summed(j, push, count)
+    force = summed(i, push, count) - summed(j, push, count)
     if edges.on_rim.any():
         a, b = points[edges.ends[edges.on_rim]].transpose(1, 0, 2)
         tip = edges.opposite[edges.on_rim, 0]
         along = ((points[tip] - a) * (b - a)).sum(axis=1) / ((b - a) ** 2).sum(axis=1)
         mirror = 2 * (points[tip] - a - along[:, None] * (b - a))
-        force += _summed(tip, _pushes(mirror, scale * lengths[tip]), count)
+        force += summed(tip, _pushes(mirror, scale * lengths[tip]), count)
     steps: Floats = _TIME_STEP * force
     return steps
 
@@ -52,16 +52,16 @@ def _pushes(bar: Floats, rest: Floats) -> Floats:
 def centroid_step(draft: Draft, lengths: Floats) -> Floats:
     """Steps (n, 3) to the centroid of the triangles around, dense where edges shall be short.
 
-    The weight of a triangle is its area over the square of the wanted length: its share of the
-    triangles. (The fourth power, the density of a centroidal Voronoi tessellation with such
-    edges, follows steep sizings less well.) On rims: of the two rim edges.
+    The weight of a triangle is its area over the cube of the wanted length: then a mesh with just
+    these lengths rests, since areas go as their squares and the ways to the triangles' centres as
+    they themselves. On rims: the edges' lengths over the squares of the wanted ones, likewise.
     """
     points, triangles = draft.points, draft.triangles
     corners = points[triangles]
     areas = np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
-    weight = areas / lengths[triangles].mean(axis=1) ** 2
+    weight = areas / lengths[triangles].mean(axis=1) ** 3
     step = _weighted_mean(triangles, corners.mean(axis=1), weight, points)
     edges = edges_with_sides(triangles)
     if edges.on_rim.any():
@@ -69,7 +69,7 @@ def centroid_step(draft: Draft, lengths: Floats) -> Floats:
         i, j = ends.T
         distance = np.linalg.norm(points[i] - points[j], axis=1)
         along = _weighted_mean(
-            ends, points[ends].mean(axis=1), distance / lengths[ends].mean(axis=1), points
+            ends, points[ends].mean(axis=1), distance / lengths[ends].mean(axis=1) ** 2, points
         )
         step = np.where((draft.rank > 0)[:, None], along, step)
     return step
@@ -79,11 +79,11 @@ def _weighted_mean(cells: Ints, centres: Floats, weight: Floats, points: Floats)
     """From each point to the weighted mean of its cells' centres; zero for a point on none."""
     width = cells.shape[1]
     total = np.bincount(cells.ravel(), np.repeat(weight, width), len(points))[:, None]
-    sums = _summed(cells.ravel(), np.repeat(weight[:, None] * centres, width, axis=0), len(points))
+    sums = summed(cells.ravel(), np.repeat(weight[:, None] * centres, width, axis=0), len(points))
     mean: Floats = np.where(total > 0, sums / np.where(total > 0, total, 1) - points, 0.0)
     return mean
 
 
-def _summed(nodes: Ints, vectors: Floats, count: int) -> Floats:
+def summed(nodes: Ints, vectors: Floats, count: int) -> Floats:
     """Sum (count, 3) of the vectors (k, 3) at each node."""
     return np.stack([np.bincount(nodes, vectors[:, k], count) for k in range(3)], axis=1)

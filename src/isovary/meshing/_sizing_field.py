@@ -11,9 +11,9 @@ import numpy as np
 
 from ..errors import ArgumentError
 from ..geometry import Floats, edges_of, frozen, node_areas, topology
-from ..records import Surface
 from ..scalar_field import ScalarField
-from ._curvature import principal_curvatures
+from ._curvature import principal_curvatures, section_curvatures
+from ._draft import Draft
 from ._sizing import Sizing
 
 if TYPE_CHECKING:
@@ -57,14 +57,15 @@ class SizingField:
         """Edge lengths (m,) at points (m, 3) near the surface, from the nearest vertices."""
         count = min(_NEIGHBOURS, len(self.points))
         distance, nearest = self._tree.query(points, count)
-        weight = 1 / np.maximum(distance.reshape(-1, count) ** 2, np.finfo(float).tiny)
+        floor = 1e-9 * float(self.lengths.min())
+        weight = 1 / np.maximum(distance.reshape(-1, count), floor) ** 2
         lengths = self.lengths[nearest.reshape(-1, count)]
         result: Floats = (weight * lengths).sum(axis=1) / weight.sum(axis=1)
         return result
 
 
 def sizing_field(
-    fine: Surface,
+    fine: Draft,
     field: ScalarField,
     isovalue: float,
     sizing: Sizing,
@@ -82,14 +83,15 @@ def sizing_field(
     """
     points = fine.points
     wanted = np.asarray(sizing(points, field, isovalue), dtype=float)
-    if wanted.shape != (len(points),) or not (np.isfinite(wanted) & (wanted > 0)).all():
+    bad = ~(np.isfinite(wanted) & (wanted > 0))
+    if wanted.shape != (len(points),) or bad.any():
         raise ArgumentError(
             "A03",
             f"sizing: expected a function that returns {len(points)} positive lengths for as many "
-            f"points, got shape {wanted.shape} with {np.sum(~(wanted > 0))} that are not",
+            f"points, got shape {wanted.shape} with {bad.sum()} that are not",
         )
     count_vertices, gentle = _vertex_count(fine), _growth_limit(fine, growth)
-    most = _resolving(points, field)
+    most = _resolving(fine, field)
 
     def made(factor: float) -> tuple[Floats, float]:
         lengths = gentle(np.minimum(factor * wanted, most))
@@ -101,7 +103,8 @@ def sizing_field(
     lengths, least = made(np.inf)
     if least >= vertices:
         return SizingField(points, lengths, round(least))
-    factor = float(np.sqrt(count_vertices(wanted) / vertices))
+    areas = node_areas(points, fine.triangles)
+    factor = float(np.sqrt((areas / wanted**2).sum() / vertices))
     for _ in range(_CALIBRATIONS):
         lengths, count = made(factor)
         if abs(count - vertices) < _CLOSE * vertices:
@@ -110,19 +113,24 @@ def sizing_field(
     return SizingField(points, lengths, vertices)
 
 
-def _resolving(points: Floats, field: ScalarField) -> Floats:
+def _resolving(fine: Draft, field: ScalarField) -> Floats:
     """Longest edges (n,) that can follow the surface: the smaller radius of curvature.
 
-    Not below half the samples' distance, where the field has no detail, nor beyond the surface.
+    On a rim, that of the rim if it is smaller still. Not below half the samples' distance, where
+    the field has no detail, nor beyond the surface.
     """
-    bend = np.abs(principal_curvatures(points, field)).max(axis=1)
-    extent = float(np.ptp(points, axis=0).max())
+    bend = np.abs(principal_curvatures(fine.points, field)).max(axis=1)
+    rim = np.flatnonzero(fine.rank == 1)
+    if len(rim):
+        faces = fine.held[rim].astype(float)
+        bend[rim] = np.maximum(bend[rim], section_curvatures(fine.points[rim], field, faces))
+    extent = float(np.ptp(fine.points, axis=0).max())
     radius = 1 / np.maximum(bend, 1 / extent)
     most: Floats = np.maximum(radius, float(field.spacing.min()) / 2)
     return most
 
 
-def _vertex_count(fine: Surface) -> Callable[[Floats], float]:
+def _vertex_count(fine: Draft) -> Callable[[Floats], float]:
     """Function that tells how many vertices a mesh with edges of given lengths has.
 
     V = F / 2 + B / 2 + chi, by Euler's formula, with F equilateral triangles and B rim edges.
@@ -141,7 +149,7 @@ def _vertex_count(fine: Surface) -> Callable[[Floats], float]:
     return count
 
 
-def _growth_limit(fine: Surface, growth: float) -> Callable[[Floats], Floats]:
+def _growth_limit(fine: Draft, growth: float) -> Callable[[Floats], Floats]:
     """Function that cuts lengths h to min over j of h_j + growth * (way from j along the edges).
 
     Shortest ways from one more node, at the distance h_j from each vertex j.

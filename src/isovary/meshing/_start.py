@@ -7,8 +7,7 @@ import warnings
 import numpy as np
 
 from ..errors import ArgumentError
-from ..geometry import Topology, topology
-from ..records import Surface
+from ..geometry import Bools, Floats, Topology, topology
 from ..scalar_field import ScalarField
 from ._contour import contour
 from ._draft import Draft, draft
@@ -19,6 +18,7 @@ DEFAULT_VERTICES = 1000
 """Of a mesh for which neither a number nor edge lengths are given."""
 
 _TERRACE = 0.1  # of the samples' distance
+_FEW_VALUES = 6
 
 
 def start(
@@ -34,8 +34,7 @@ def start(
     Returns the triangles, the edge lengths and the topology. Warns (M15) if the surface takes
     more vertices than wanted. The arguments are those of the meshers.
     """
-    if order not in (1, 2):
-        raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
+    check_order(order)
     if vertices is not None and vertices < 12:
         raise ArgumentError("A02", f"vertices: expected at least 12, got {vertices}")
     if not growth > 0:
@@ -59,8 +58,10 @@ def start(
 
 
 def _warn_of_steps(mesh: Draft, field: ScalarField, isovalue: float) -> None:
-    """Masks and integers: the gap between the samples around the isovalue moves the surface."""
+    """Masks and integers: the samples around the isovalue have few values, far apart."""
     above = field.values > isovalue
+    if _values_beside(field.values, above) > _FEW_VALUES:
+        return
     gap = np.array([field.values[~above].max(), field.values[above].min()])
     step = float(np.diff(np.log(gap) if field.logarithmic else gap)[0])
     slope = np.linalg.norm(field.level_set(mesh.points, isovalue)[1], axis=1)
@@ -76,6 +77,12 @@ def _warn_of_steps(mesh: Draft, field: ScalarField, isovalue: float) -> None:
         )
 
 
+def check_order(order: int) -> None:
+    """A02 for an order other than 1 and 2."""
+    if order not in (1, 2):
+        raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
+
+
 def _contoured(
     field: ScalarField,
     isovalue: float,
@@ -86,5 +93,16 @@ def _contoured(
 ) -> tuple[Draft, SizingField]:
     raw = contour(field, isovalue, resolution=resolution)
     mesh = draft(raw.points, raw.triangles, field, isovalue)
-    fine = Surface(mesh.points, mesh.triangles)
-    return mesh, sizing_field(fine, field, isovalue, sizing, vertices, growth)
+    return mesh, sizing_field(mesh, field, isovalue, sizing, vertices, growth)
+
+
+def _values_beside(values: Floats, above: Bools) -> int:
+    """How many different values the samples have whose neighbour is on the other side."""
+    beside = np.zeros_like(above)
+    for axis in range(3):
+        lower, upper = [slice(None)] * 3, [slice(None)] * 3
+        lower[axis], upper[axis] = slice(None, -1), slice(1, None)
+        crossed = above[tuple(lower)] != above[tuple(upper)]
+        beside[tuple(lower)] |= crossed
+        beside[tuple(upper)] |= crossed
+    return len(np.unique(values[beside]))
