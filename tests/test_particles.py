@@ -25,7 +25,7 @@ PLANE = iv.ScalarField.from_function(  # z = 0; the factor makes the samples dif
 
 def ground_of(field, isovalue, vertices, sizing=None):
     mesh, sizes, expected = start(field, isovalue, vertices, sizing, 0.3, 2)
-    return energy.ground_of(mesh, sizes.lengths, field, isovalue), sizes, expected
+    return energy.ground_of(mesh, sizes.lengths, 100_000, field, isovalue), sizes, expected
 
 
 def on_plane(points):
@@ -329,7 +329,7 @@ def test_refined_chords():
     fan = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]])
     held = np.tile([False, False, True], (6, 1))
     mesh = Draft(points, fan, held, np.tile([0.0, 0.0, 1.0], (6, 1)))
-    fine, _ = joining.refined(mesh, np.full(6, 0.9), 1.0, PLANE, -0.1)
+    fine, _ = joining.refined(mesh, np.full(6, 0.9), 1.0, 10_000, PLANE, -0.1)
     np.testing.assert_array_equal(np.flatnonzero(fine.rank), rim_nodes(fine.triangles))
 
 
@@ -340,7 +340,7 @@ def test_refined_mesh():
     )
     mesh, _, expected = start(disc, 0.0, 50, None, 0.3, 2)
     lengths = np.where(mesh.points[:, 0] > 0, 0.1, 0.4)
-    fine, finer = joining.refined(mesh, lengths, 1.0, disc, 0.0)
+    fine, finer = joining.refined(mesh, lengths, 1.0, 10_000, disc, 0.0)
     i, j = edges_of(fine.triangles)[0].T
     way = np.linalg.norm(fine.points[i] - fine.points[j], axis=1)
     assert (way <= (finer[i] + finer[j]) / 2 + 1e-12).all()
@@ -360,7 +360,7 @@ def test_refined_rims():
     held = np.tile([True, True, False], (4, 1))
     up = np.tile([0.0, 0.0, 1.0], (4, 1))
     square = Draft(points, np.array([[0, 1, 2], [0, 2, 3]]), held, up)
-    fine, _ = joining.refined(square, np.full(4, 0.6), 1.0, PLANE, 0.0)
+    fine, _ = joining.refined(square, np.full(4, 0.6), 1.0, 10_000, PLANE, 0.0)
     x, y = fine.points[:, :2].T
     on_face = np.stack([np.isclose(np.abs(x), 1), np.isclose(np.abs(y - 0.1), 1.1)], axis=1)
     assert len(fine.points) > 20

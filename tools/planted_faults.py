@@ -424,15 +424,15 @@ FAULTS = (
     Fault(
         "meshes: midpoints leave the face",
         "meshing/_finish.py",
-        "held[edges].all(axis=1) & (counts == 1)[:, None]",
-        "held[edges].all(axis=1) & False",
+        "held_between(points, held, *edges.T) & (counts == 1)[:, None]",
+        "held_between(points, held, *edges.T) & False",
         (RIMS,),
     ),
     Fault(
         "meshes: midpoints of inner edges are held on the face",
         "meshing/_finish.py",
-        "held[edges].all(axis=1) & (counts == 1)[:, None]",
-        "held[edges].all(axis=1)",
+        "held_between(points, held, *edges.T) & (counts == 1)[:, None]",
+        "held_between(points, held, *edges.T)",
         (RIMS,),
     ),
     Fault(
@@ -445,7 +445,7 @@ FAULTS = (
     Fault(
         "meshes: triangles may face inward",
         "meshing/_finish.py",
-        " | ~(along > 0)",
+        " & outward",
         "",
         (RIMS,),
     ),

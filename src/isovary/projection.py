@@ -50,6 +50,23 @@ def project(
     >>> project(np.array([[1.2, 0.0, 0.0]]), ball, -1.0).round(12)[0, 0].tolist()
     1.0
     """
+    moved, arrived = newton(points, field, isovalue, held=held)
+    if not arrived.all():
+        lost = np.flatnonzero(~arrived)
+        raise MeshError(
+            "M12",
+            f"points: expected all to reach the isosurface {isovalue:.6g} within {_STEPS} steps, "
+            f"got {len(lost)} that did not, the first near {moved[lost[0]].round(6).tolist()}; "
+            "the gradient, or its part in a face of the box, may vanish there: choose another "
+            "isovalue, a finer or smoother field or another box",
+        )
+    return moved
+
+
+def newton(
+    points: Floats, field: ScalarField, isovalue: float, *, held: Bools | None = None
+) -> tuple[Floats, Bools]:
+    """What :func:`project` does, and a mask (n,) of the points that arrived."""
     low, high = field.bounds
     longest = float(field.spacing.max())
     rounding = 1e-13 * max(float(np.abs(points).max()), longest)
@@ -60,26 +77,21 @@ def project(
         level, gradient = field.level_set(moved[active], isovalue)
         gradient = np.where(fixed[active], 0.0, gradient)
         square = (gradient**2).sum(axis=1)
-        with np.errstate(divide="ignore", invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             step = -(level / square)[:, None] * gradient
         length = np.linalg.norm(step, axis=1, keepdims=True)
         step *= longest / np.maximum(length, longest)
-        moved[active] = np.clip(moved[active] + step, low, high)
+        moved[active] = np.clip(moved[active] + np.nan_to_num(step), low, high)
         here = rounding + field.rounding / np.sqrt(np.maximum(square, np.finfo(float).tiny))
         active = active[~(length[:, 0] <= here)]
         if len(active) == 0:
-            return moved
-    level, gradient = field.level_set(moved[active], isovalue)
-    off = np.abs(level) / np.linalg.norm(gradient, axis=1)
-    if not (off < 1e-8 * longest).all():
-        raise MeshError(
-            "M12",
-            f"points: expected all to reach the isosurface {isovalue:.6g} within {_STEPS} steps, "
-            f"got {len(active)} that did not, the first near {moved[active[0]].round(6).tolist()}; "
-            "the gradient, or its part in a face of the box, may vanish there: choose another "
-            "isovalue, a finer field or another box",
-        )
-    return moved
+            break
+    arrived = np.ones(len(moved), dtype=bool)
+    if len(active):
+        level, gradient = field.level_set(moved[active], isovalue)
+        off = np.abs(level) / np.maximum(np.linalg.norm(gradient, axis=1), np.finfo(float).tiny)
+        arrived[active] = off < 1e-8 * longest
+    return moved, arrived
 
 
 def outward_normals(points: Floats, field: ScalarField, isovalue: float) -> Floats:

@@ -74,7 +74,7 @@ def settled(draft: Draft, field: ScalarField, isovalue: float) -> Draft:
     some = square > 0
     step = -np.where(some, level, 0.0)[:, None] / np.where(some, square, 1.0)[:, None] * free
     length = np.linalg.norm(step, axis=1, keepdims=True)
-    longest = float(field.spacing.max())
+    longest = float(field.spacing.min())
     step *= longest / np.maximum(length, longest)
     points = np.where(draft.held, draft.points, np.clip(draft.points + step, low, high))
     slope = np.maximum(np.linalg.norm(gradient, axis=1, keepdims=True), np.finfo(float).tiny)

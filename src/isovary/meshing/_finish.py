@@ -7,16 +7,26 @@ from dataclasses import replace
 import numpy as np
 
 from ..errors import MeshError
-from ..geometry import Floats, Topology, edges_of, jacobian_ratios, topology, with_midpoints
-from ..projection import outward_normals, project
+from ..geometry import (
+    Bools,
+    Floats,
+    Ints,
+    Topology,
+    edges_of,
+    jacobian_ratios,
+    topology,
+    with_midpoints,
+)
+from ..projection import newton, outward_normals
 from ..records import Surface
 from ..scalar_field import ScalarField
-from ._draft import Draft, held_between, settled
+from ._draft import Draft, held_between, moved, settled
 from ._edits import edges_with_sides, flip
+from ._moves import centroid_step
 from ._remesh import split_edges
 
 _LEAST_JACOBIAN = 0.1
-_REFINEMENTS = 6
+_REFINEMENTS, _SPLITS, _EVENINGS = 6, 2, 6
 
 
 def finished(
@@ -24,8 +34,8 @@ def finished(
 ) -> Surface:
     """Surface of a draft, with every node on the isosurface and the field's normals.
 
-    For order 2 each edge's midpoint becomes a node of its own. Triangles whose Jacobian falls
-    below a tenth of its largest value are halved, and their neighbours flipped, a few times.
+    For order 2 each edge's midpoint becomes a node of its own. Where a triangle's Jacobian falls
+    below a tenth of its largest value the mesh is refined, a few times.
 
     Raises
     ------
@@ -33,18 +43,18 @@ def finished(
         M12 if the topology is not the expected one, M03 if triangles stay folded.
     """
     _check_topology(draft, expected)
-    for _ in range(_REFINEMENTS):
-        surface = _on_isosurface(draft, field, isovalue, order)
-        bad = _distorted(surface)
+    for count in range(_REFINEMENTS + 1):
+        points, triangles, bad = _nodes(draft, field, isovalue, order)
         if len(bad) == 0:
-            return surface
-        draft = _refined(draft, bad, field, isovalue)
-    where = surface.points[surface.corners[bad[0]]].mean(axis=0)
+            return Surface(points, triangles, outward_normals(points, field, isovalue))
+        if count < _REFINEMENTS:
+            draft = _refined(draft, bad, field, isovalue)
+    where = points[triangles[bad[0], :3]].mean(axis=0)
     raise MeshError(
         "M03",
         f"triangles: expected none folded, got {len(bad)}, the first near "
-        f"{where.round(6).tolist()}; ask for more vertices, or for another isovalue or box if "
-        "the surface has an edge or touches the box there",
+        f"{where.round(6).tolist()}; ask for more vertices, smooth the field, or choose another "
+        "isovalue or box if the surface has an edge or touches the box there",
     )
 
 
@@ -58,36 +68,50 @@ def _check_topology(draft: Draft, expected: Topology) -> None:
         )
 
 
-def _on_isosurface(draft: Draft, field: ScalarField, isovalue: float, order: int) -> Surface:
+def _nodes(
+    draft: Draft, field: ScalarField, isovalue: float, order: int
+) -> tuple[Floats, Ints, Ints]:
+    """Nodes on the isosurface, triangles, and the numbers of those that are not sound.
+
+    These have a node that does not arrive, face inward or have a Jacobian that nearly vanishes.
+    """
     points, triangles, held = draft.points, draft.triangles, draft.held
     if order == 2:
         edges, _, counts = edges_of(triangles)
         on_rim = held_between(points, held, *edges.T) & (counts == 1)[:, None]
         points, triangles = with_midpoints(points, triangles)
         held = np.concatenate([held, on_rim])
-    nodes = project(points, field, isovalue, held=held)
-    return Surface(nodes, triangles, outward_normals(nodes, field, isovalue))
+    points, arrived = newton(points, field, isovalue, held=held)
+    a, b, c = points[triangles[:, :3]].transpose(1, 0, 2)
+    up = draft.normals[draft.triangles].sum(axis=1)
+    outward = (np.cross(b - a, c - a) * up).sum(axis=1) > 0
+    sound = arrived[triangles].all(axis=1) & outward
+    sound[sound] = jacobian_ratios(points, triangles[sound]) > _LEAST_JACOBIAN
+    return points, triangles, np.flatnonzero(~sound)
 
 
-def _distorted(surface: Surface) -> np.ndarray:
-    """Numbers of the triangles whose Jacobian nearly vanishes, or that face inward."""
-    ratios = jacobian_ratios(surface.points, surface.triangles)
-    corners = surface.points[surface.corners]
-    facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    along = (facing * surface.normals[surface.corners].mean(axis=1)).sum(axis=1)
-    return np.flatnonzero(~(ratios > _LEAST_JACOBIAN) | ~(along > 0))
-
-
-def _refined(draft: Draft, bad: np.ndarray, field: ScalarField, isovalue: float) -> Draft:
-    """The longest edges of the bad triangles halved, then two rounds of flips."""
-    edges = edges_with_sides(draft.triangles)
-    i, j = edges.ends.T
-    length: Floats = np.linalg.norm(draft.points[i] - draft.points[j], axis=1)
-    near = np.isin(edges.triangles, bad).any(axis=1)
-    draft = settled(
-        split_edges(draft, np.where(near, length, 0.0), edges, len(length)), field, isovalue
-    )
-    for _ in range(2):
+def _refined(draft: Draft, bad: Ints, field: ScalarField, isovalue: float) -> Draft:
+    """Longer edges of the bad triangles and their neighbours halved, and the vertices evened."""
+    near = _with_neighbours(draft.triangles, draft.triangles[bad].ravel(), len(draft.points))
+    for _ in range(_SPLITS):
+        edges = edges_with_sides(draft.triangles)
+        i, j = edges.ends.T
+        length: Floats = np.linalg.norm(draft.points[i] - draft.points[j], axis=1)
+        inside = near[i] & near[j]
+        excess = np.where(inside, length - 0.6 * length[inside].max(), 0.0)
+        draft = settled(split_edges(draft, excess, edges, len(length)), field, isovalue)
+        near = np.append(near, np.ones(len(draft.points) - len(near), dtype=bool))
+    for _ in range(_EVENINGS):
         triangles, _ = flip(draft.points, draft.triangles, draft.normals)
         draft = replace(draft, triangles=triangles)
+        step = centroid_step(draft, np.ones(len(draft.points)))
+        draft = moved(draft, np.where(near[:, None], step, 0.0), field, isovalue)
     return draft
+
+
+def _with_neighbours(triangles: Ints, vertices: Ints, count: int) -> Bools:
+    """Mask (count,) of the vertices and those beside them."""
+    there = np.zeros(count, dtype=bool)
+    there[vertices] = True
+    there[triangles[there[triangles].any(axis=1)]] = True
+    return there

@@ -118,11 +118,16 @@ _Memory = list[tuple[Floats, Floats]]
 """The last steps (n, 3), and the changes of the gradient."""
 
 
-def ground_of(draft: Draft, lengths: Floats, field: ScalarField, isovalue: float) -> Ground:
-    """The fine mesh under the particles, from any mesh and the lengths wanted at its vertices."""
+def ground_of(
+    draft: Draft, lengths: Floats, most: int, field: ScalarField, isovalue: float
+) -> Ground:
+    """The fine mesh under the particles, from any mesh and the lengths wanted at its vertices.
+
+    Of ``most`` vertices at most.
+    """
     from scipy.spatial import cKDTree
 
-    fine, lengths = refined(draft, lengths, FINE, field, isovalue)
+    fine, lengths = refined(draft, lengths, FINE, most, field, isovalue)
     slopes, areas = _slopes(fine.points, fine.triangles, lengths)
     parts = node_components(fine.triangles)
     return Ground(fine, lengths, slopes, areas, parts, cKDTree(fine.points), _rim(fine))

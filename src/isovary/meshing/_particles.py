@@ -35,6 +35,7 @@ from ._triangulation import fault, is_sound, refined, triangulated
 _APART = 0.67  # distance of the particles at the start: a few too many of them
 _CANDIDATES = 7  # fine vertices tried for each particle at the start
 _CONTROLS, _TRIES = 4, 8
+_MOST_FINE = 100  # vertices of the fine mesh for each particle: some 30 are usual
 _MOST = 0.9  # of the work, before the triangles
 _LONELY, _CROWDED = 0.6, 1.5  # energies, of a particle's in the hexagonal packing
 
@@ -135,7 +136,7 @@ def particles(
     (400, 4.0)
     """
     mesh, sizes, expected = start(field, isovalue, vertices, sizing, growth, order)
-    ground = ground_of(mesh, sizes.lengths, field, isovalue)
+    ground = ground_of(mesh, sizes.lengths, _MOST_FINE * sizes.vertices, field, isovalue)
     state = state_of(_scattered(ground, sizes.vertices, np.random.default_rng(rng)), ground)
     for count in range(_CONTROLS):
         swaps = _misplaced(state) if count else 0
@@ -256,7 +257,9 @@ def _meshed(
     draft, count, fine = cloud.draft, len(cloud.parts), ground.draft
     for finer in (False, True):
         if finer:
-            fine, _ = refined(fine, ground.lengths, FINE / 2, field, isovalue)
+            fine, _ = refined(
+                fine, ground.lengths, FINE / 2, 4 * _MOST_FINE * count, field, isovalue
+            )
         triangles = triangulated(draft.points, draft.normals, _seeds(cloud, fine), fine)
         if is_sound(triangles, count) and topology(triangles) == expected:
             return replace(draft, triangles=triangles)

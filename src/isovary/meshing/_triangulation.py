@@ -19,9 +19,11 @@ _FLIPS = 60
 
 
 def refined(
-    fine: Draft, lengths: Floats, longest: float, field: ScalarField, isovalue: float
+    fine: Draft, lengths: Floats, longest: float, most: int, field: ScalarField, isovalue: float
 ) -> tuple[Draft, Floats]:
     """Edges halved until none is longer than ``longest`` times the length wanted there.
+
+    Or there are ``most`` vertices: edges between points that do not find the surface never end.
 
     Returns the mesh, and the wanted lengths (n,) at its vertices, linear along the old edges.
     """
@@ -30,7 +32,7 @@ def refined(
         i, j = ends.T
         way = np.linalg.norm(fine.points[i] - fine.points[j], axis=1)
         halved = np.flatnonzero(way > longest * (lengths[i] + lengths[j]) / 2)
-        if len(halved) == 0:
+        if len(halved) == 0 or len(fine.points) > most:
             break
         middle = np.full(len(ends), -1)
         middle[halved] = len(fine.points) + np.arange(len(halved))
