@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import importlib.metadata
+import importlib.util
 import inspect
 import os
 import re
@@ -299,3 +300,15 @@ def test_every_fault_code_is_in_the_docs():
     page = (ROOT / "docs" / "faults.md").read_text("utf-8")
     missing = raised_codes() - set(re.findall(r"^\| ([A-Z]\d\d) \|", page, re.MULTILINE))
     assert not missing, f"without a row: {sorted(missing)}"
+
+
+def test_planted_faults_can_be_planted():
+    """Oracle: data. Each fault of tools/planted_faults.py finds its line exactly once."""
+    path = ROOT / "tools" / "planted_faults.py"
+    spec = importlib.util.spec_from_file_location("planted_faults", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    for fault in module.FAULTS:
+        text = (PACKAGE / fault.file).read_text()
+        assert text.count(fault.before) == 1, fault

@@ -17,7 +17,7 @@ from isovary.geometry import (
     triangle_quality,
     with_midpoints,
 )
-from isovary.meshing._draft import Draft, draft, settled
+from isovary.meshing._draft import Draft, draft, held_between, settled
 from isovary.meshing._edits import edges_with_sides
 from isovary.meshing._finish import _nodes, finished
 from isovary.meshing._moves import centroid_step, truss_step
@@ -225,6 +225,26 @@ def test_edges_between_rims_leave_the_face():
 # ------------------------------------------------------------------ moves
 
 
+def test_graded_rims_rest():
+    """Oracle: algebra. Edges as long as they shall be, 1 and 1.5: their common end stays."""
+    points = np.array([[-1.0, 0, 0], [0, 0, 0], [1.5, 0, 0], [-0.4, 1, 0], [0.7, 1, 0]])
+    triangles = np.array([[0, 1, 3], [1, 4, 3], [1, 2, 4]])
+    held = np.zeros((5, 3), dtype=bool)
+    held[:, 1] = True
+    up = np.tile([0.0, 0, 1], (5, 1))
+    lengths = np.array([0.75, 1.25, 1.75, 1.0, 1.5])
+    step = centroid_step(Draft(points, triangles, held, up), lengths)
+    np.testing.assert_allclose(step[1], 0, atol=1e-12)
+
+
+def test_middles_are_held_by_common_faces():
+    """Oracle: algebra. Of two corners on opposite faces and one common one, the common one."""
+    points = np.array([[0.0, 0, 0.5], [0, 1, 0.5], [0, 0.4, 0.2]])
+    held = np.array([[True, True, False], [True, True, False], [True, False, False]])
+    found = held_between(points, held, np.array([0, 0]), np.array([1, 2]))
+    assert found.tolist() == [[True, False, False], [True, False, False]]
+
+
 @pytest.mark.parametrize("move", [centroid_step, truss_step])
 def test_vertices_move_to_where_edges_shall_be_short(move):
     """Oracle: symmetry. The middle of a hexagon rests, or goes towards the shorter edges; a
@@ -315,6 +335,6 @@ def test_a_vertex_pulled_across_its_neighbours_is_mended():
         points = sphere.points.copy()
         points[0] += share * (points[neighbour] - points[0])
         pulled = coarse(field, points, sphere.triangles)
-        surface = finished(pulled, field, -1.0, 2, topology)
+        surface = finished(pulled, field, -1.0, 2, topology, judged=False)
         assert jacobian_ratios(surface.points, surface.triangles).min() > 0.1
         assert surface.area == pytest.approx(4 * np.pi, rel=0.01)

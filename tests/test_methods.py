@@ -281,3 +281,43 @@ def test_near_rim_needs_times():
     result = small(ball(1.0), ball(1.0), signature=iv.wave_kernel_signature)
     with pytest.raises(iv.ArgumentError, match="near_rim: expected a signature over times"):
         _ = result.near_rim
+
+
+def test_the_mesher_and_its_sizing_are_swapped():
+    """Oracle: algebra. Edges graded 4 : 1 agree with the sizing, and are told with its name."""
+    graded = partial(iv.nonuniform_sizing, ratio=4.0)
+    result = small(ball(1.0), ball(1.1), mesher=partial(iv.distmesh, sizing=graded))
+    lengths, ratios = result.base_quality.edge_lengths, result.base_quality.edge_ratios
+    assert np.log(lengths).std() > 0.2 > np.log(ratios).std()
+    assert result.choices["mesher"] == "distmesh(sizing=nonuniform_sizing(ratio=4.0))"
+    with pytest.raises(iv.ArgumentError, match=r"mesher: expected one without order.*A02"):
+        small(ball(1.0), ball(1.1), mesher=partial(iv.marching_cubes, order=1))
+
+
+def test_the_noise_floor_has_a_coarser_mesh():
+    """Oracle: algebra. A thin rounded plate takes more vertices than are asked for, on both
+    meshes: the finer one is refined, or the two would be equal and the noise 0.
+    """
+
+    def plate(stretch):
+        return iv.ScalarField.from_function(
+            lambda p: (
+                0.02 - p[..., 2] ** 2 - (p[..., 0] ** 4 + (1 + stretch) * p[..., 1] ** 4) / 200
+            ),
+            ((-2.2, -2.2, -0.6), (2.2, 2.2, 0.6)),
+            (19, 19, 13),
+        )
+
+    result = iv.compare(plate(0), plate(0.05), 0.0, vertices=200, pairs=20, times=10, order=1)
+    vertices = len(np.unique(result.base.corners))
+    assert vertices > 300
+    assert result.choices["noise_floor_vertices"] < 0.8 * vertices
+    assert result.choices["noise_of_the_mesh"] > 1e-4
+    assert not any("got 100" in note for note in result.notes)  # nobody asked for half of it
+
+
+def test_smoothing_is_noted():
+    """Oracle: data. The noise floor does not hold what smoothing hides: I09, in the choices."""
+    result = small(ball(1.0).smoothed(0.05), ball(1.1).smoothed(0.05))
+    assert any("[I09]" in note for note in result.notes)
+    assert result.choices["base"]["smoothing"] == 0.05

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import floyd_warshall
 
 import isovary as iv
 from isovary.geometry import edges_of
+from isovary.meshing._curvature import section_curvatures
 from isovary.meshing._draft import Draft
 from isovary.meshing._sizing_field import (
     SizingField,
@@ -218,13 +219,11 @@ def test_never_longer_than_the_radius_of_curvature(vertices):
 def test_curvature_below_the_samples_is_not_resolved():
     """Oracle: algebra. Half the samples' distance is the least that curvature asks for."""
     field = iv.ScalarField.from_function(
-        lambda p: -(p**2).sum(axis=-1), ((-1, -1, -1), (1, 1, 1)), (4, 4, 4)
+        lambda p: -(p[..., :2] ** 2).sum(axis=-1), ((-1, -1, 0), (1, 1, 4)), (4, 4, 7)
     )
-    radius = 0.1  # of a sphere between samples 2 / 3 apart
-    points = radius * iv.icosphere(2, order=1).points
-    fine = iv.Surface(points, iv.icosphere(2, order=1).triangles)
+    fine = iv.cylinder(0.1, 4.0, (12, 40), order=1)  # of a radius below the distance, 2 / 3
     sizing = partial(iv.uniform_sizing, length=50.0)
-    sizes = sizing_field(as_draft(fine), field, -(radius**2), sizing, None, 10.0)
+    sizes = sizing_field(as_draft(fine), field, -0.01, sizing, None, 10.0)
     np.testing.assert_allclose(sizes.lengths, 1 / 3)
 
 
@@ -243,3 +242,31 @@ def test_lengths_between_the_vertices(scale):
         (16 * 1 + 16 / 9 * 2 + 16 / 17 * 3) / (16 + 16 / 9 + 16 / 17),
     ]
     np.testing.assert_allclose(found, scale * np.array(near), rtol=1e-12)
+
+
+# ------------------------------------------------------------------ rims
+
+
+@pytest.mark.parametrize("radius", [1.0, 2.5])
+def test_plane_sections_of_a_sphere(radius):
+    """Oracle: analytic. A plane at the distance d cuts a circle of radius sqrt(r^2 - d^2)."""
+    field = iv.ScalarField.from_function(
+        lambda p: -(p**2).sum(axis=-1), ((-3, -3, -3), (3, 3, 3)), (13, 13, 13)
+    )
+    distance, angle = 0.6 * radius, np.linspace(0, 6, 7)
+    ring = 0.8 * radius
+    points = np.stack([ring * np.cos(angle), ring * np.sin(angle), 0 * angle + distance], axis=1)
+    found = section_curvatures(points, field, np.tile([0.0, 0, 1], (7, 1)))
+    np.testing.assert_allclose(found, 1 / ring, rtol=1e-9)
+
+
+def test_every_component_gets_its_vertices():
+    """Oracle: analytic. On a ball smaller than a cell edges are its radius, as on larger ones."""
+    field = iv.ScalarField.from_function(
+        lambda p: -(p**2).sum(axis=-1), ((-1, -1, -1), (1, 1, 1)), (4, 4, 4)
+    )
+    sphere = iv.icosphere(4, order=1)
+    fine = as_draft(iv.Surface(0.1 * sphere.points, sphere.triangles))
+    sizing = partial(iv.uniform_sizing, length=50.0)
+    sizes = sizing_field(fine, field, -0.01, sizing, None, 10.0)
+    np.testing.assert_allclose(sizes.lengths, 0.1, rtol=2e-3)

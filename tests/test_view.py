@@ -463,3 +463,18 @@ def test_report_data(page):
     shown = (code[clear] - 128) / 126 * limit
     np.testing.assert_allclose(shown, result.change[clear], atol=0.51 * limit / 126)
     assert len(data["surface"]["data"][0]["text"]) == count
+
+
+def test_closed_surfaces_are_seen_from_outside():
+    """Oracle: symmetry. A surface and the same with its normals inward, as a distance has them."""
+    ball = iv.icosphere(1)
+    swapped = ball.triangles[:, [0, 2, 1, 5, 4, 3]]
+    inside_out = iv.Surface(ball.points, swapped, -ball.normals)
+    for surface in (ball, inside_out):
+        pieces = tessellate(surface, 3)
+        for normals, places in ((pieces.facing, pieces.middles), (pieces.normals, pieces.points)):
+            assert (normals * places).sum(axis=1).min() > 0.9
+        a, b, c = pieces.points[pieces.triangles].transpose(1, 0, 2)
+        assert (np.cross(b - a, c - a) * a).sum(axis=1).min() > 0
+        points, normals = edge_lines(surface, 4)
+        assert (points * normals).sum(axis=-1).min() > 0.9

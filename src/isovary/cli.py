@@ -109,10 +109,9 @@ def main() -> None:
         app(exit_on_error=False, print_error=False)
     except CycloptsError as error:
         _fail(f"{error}\nTry: isovary --help", 2)
-    except ArgumentError as error:
-        _fail(str(error), 2)
     except IsovaryError as error:
-        _fail(str(error), 1)
+        words = "\n".join([str(error), *getattr(error, "__notes__", ())])
+        _fail(words, 2 if isinstance(error, ArgumentError) else 1)
     except KeyboardInterrupt:
         _fail("stopped; nothing was written", 130)
     sys.exit(0)

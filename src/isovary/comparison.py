@@ -224,7 +224,7 @@ def compare(
     groups : int
         Groups of significant nodes; fewer where they do not differ by more than noise.
     mesher : callable
-        A method of :mod:`isovary.meshing`, with a sizing through functools.partial:
+        A mesher of :mod:`isovary.meshing`, with a sizing through functools.partial:
         ``partial(distmesh, sizing=curvature_sizing)``.
     laplacian : callable
         A method of :mod:`isovary.laplacian`, with options through functools.partial:
@@ -348,7 +348,8 @@ def compare(
         choices=choices,
         timings=walk.timings,
     )
-    return replace(result, notes=(*reader_notes(result, WANTED_NOISE), *warned))
+    others = (text for text in warned if not text.endswith("[M14]"))  # reader_notes tells it
+    return replace(result, notes=(*reader_notes(result, WANTED_NOISE), *others))
 
 
 def _check_fields(base: ScalarField, perturbed: ScalarField, isovalue: float) -> None:
@@ -396,6 +397,13 @@ def _check_methods(methods: Methods, correspondence: Match | None) -> None:
                 "A03",
                 f"{name}: expected a function such as isovary.{_EXAMPLES[name]}, got {method!r}",
             )
+    own = sorted({"vertices", "order"} & set(getattr(methods.mesher, "keywords", {})))
+    if own:
+        raise ArgumentError(
+            "A02",
+            f"mesher: expected one without {', '.join(own)} of its own, got "
+            f"{method_name(methods.mesher)}; give them to compare",
+        )
     if correspondence is None and not methods.sees_lengths:
         raise ArgumentError(
             "A02",

@@ -14,10 +14,11 @@ from .carrying import carry
 from .correspondence import identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError
-from .geometry import Floats, topology
+from .geometry import Floats, edges_of, topology
 from .meshing import contour
 from .methods import Methods
 from .noise import noise_floor
+from .notes import noted_warnings
 from .records import Correspondence, Eigenpairs, Surface
 from .scalar_field import ScalarField
 from .spectrum import drop_cut_multiplet, eigenpairs, first_pairs, with_spare
@@ -35,6 +36,7 @@ WANTED_NOISE = 0.05
 """Part of the change that the noise floor should not exceed."""
 
 _MOST_VERTICES = 2000
+_COARSER = 0.8  # vertices of the coarser mesh over the finer's, at most
 _COVERAGE_LIMIT = 0.5
 
 
@@ -118,7 +120,11 @@ def refined_levels(
     else:
         size = max(vertices // 2, fewest_vertices(order, pairs))
     walk.expected = float(3 * size)
-    coarse, level = solve(size), solve(2 * size if vertices is None else vertices)
+    with noted_warnings():  # those of the finer mesh are enough
+        coarse = solve(size)
+    level = solve(2 * size if vertices is None else vertices)
+    if coarse.vertices > _COARSER * level.vertices:  # the surface took more than were asked for
+        level = solve(2 * coarse.vertices)
     while True:
         samples = level.samples(times)
         if vertices is not None or 4 * size > _MOST_VERTICES:
@@ -143,12 +149,13 @@ def make_level(
     vertices: int,
 ) -> Level:
     """Both surfaces, matched, with their eigenpairs, on a base mesh of so many vertices."""
-    mesh = partial(methods.mesher, isovalue=isovalue, vertices=vertices, order=order)
+    mesh = partial(methods.mesher, vertices=vertices, order=order)
     with walk.stage("meshing"):
-        surface = mesh(base)
-        other = None if match is None else mesh(perturbed)
+        surface = mesh(base, isovalue)
+        other = None if match is None else mesh(perturbed, isovalue)
     with walk.stage("correspondence"):
-        edge = float(np.sqrt(2 * surface.area / (np.sqrt(3) * vertices)))
+        i, j = edges_of(surface.corners)[0].T
+        edge = float(np.median(np.linalg.norm(surface.points[i] - surface.points[j], axis=1)))
         _check_topology(surface, other or contour(perturbed, isovalue, resolution=edge))
         if other is None or match is None:
             other, partners = carry(surface, perturbed, isovalue)

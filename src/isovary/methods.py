@@ -42,9 +42,9 @@ class Methods:
     mesher: Mesher = marching_cubes
 
     @property
-    def sizing(self) -> Sizing | None:
+    def sizing(self) -> Sizing | float | None:
         """Edge lengths wanted of the mesher; None for its own."""
-        sizing: Sizing | None = getattr(self.mesher, "keywords", {}).get("sizing")
+        sizing: Sizing | float | None = getattr(self.mesher, "keywords", {}).get("sizing")
         return sizing
 
     @property

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .errors import IsovaryError
+
 if TYPE_CHECKING:
     from .comparison import Comparison
 
@@ -19,10 +21,20 @@ _RIGID_SHARE = 0.25
 def noted_warnings() -> Iterator[list[str]]:
     """Collect the texts of UserWarnings, the first of each code, to become notes; others pass."""
     texts: list[str] = []
-    codes = set()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        yield texts
+        try:
+            yield texts
+        except IsovaryError as error:  # what was noticed may tell why
+            for warning in caught:
+                error.add_note(f"note: {warning.message}")
+            raise
+    _sort(caught, texts)
+
+
+def _sort(caught: list[warnings.WarningMessage], texts: list[str]) -> None:
+    """The first UserWarning of each code to the texts; the others go on."""
+    codes = set()
     for warning in caught:
         text = str(warning.message)
         if warning.category is not UserWarning:
@@ -99,6 +111,12 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
             f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for "
             + ("more vertices" if carried else "carried meshes")
             + " to see finer."
+        )
+    if result.choices["base"]["smoothing"]:  # type: ignore[index]
+        yield (
+            "The fields were smoothed: noise in the data, which smoothing spreads over its width, "
+            "is not in the noise floor, and curved parts shrink. Compare two measurements of one "
+            "object to see how much remains. [I09]"
         )
     samples = result.choices["noise_of_the_samples"]
     if isinstance(samples, float) and not samples <= wanted:

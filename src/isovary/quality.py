@@ -24,7 +24,7 @@ from .geometry import (
     topology,
     triangle_quality,
 )
-from .meshing import Sizing, principal_curvatures, uniform_sizing
+from .meshing import Sizing, as_sizing, principal_curvatures, uniform_sizing
 from .records import Surface
 from .scalar_field import ScalarField
 
@@ -203,7 +203,7 @@ def mesh_quality(
     field: ScalarField | None = None,
     isovalue: float | None = None,
     *,
-    sizing: Sizing | None = None,
+    sizing: Sizing | float | None = None,
 ) -> MeshQuality:
     """Counts, quality, angles, Jacobians and faults of a mesh; with its field, distances, too.
 
@@ -260,7 +260,9 @@ def mesh_quality(
     known: dict[str, Any] = {}
     if field is not None and isovalue is not None:
         field.check_isovalue(isovalue)
-        known = _field_measures(surface, field, isovalue, sizing or uniform_sizing)
+        known = _field_measures(
+            surface, field, isovalue, uniform_sizing if sizing is None else as_sizing(sizing)
+        )
     return MeshQuality(
         vertices=len(np.unique(surface.corners)),
         nodes=len(points),
@@ -428,7 +430,7 @@ def _wish_said(quality: MeshQuality) -> str:
     if quality.edge_ratios is None:
         return ""
     low, high = quality.edge_ratios.min(), quality.edge_ratios.max()
-    return f"; {low:.3g} to {high:.3g} of the wish"
+    return f"; {low:.3g} to {high:.3g} of the sizing, before its limits"
 
 
 def _distance_said(quality: MeshQuality) -> str:

@@ -211,8 +211,8 @@ class ScalarField:
         """
         from scipy.ndimage import gaussian_filter
 
-        if not 0 < width < np.inf:
-            raise ArgumentError("A02", f"width: expected a positive length, got {width}")
+        if not (isinstance(width, (int, float)) and 0 < width < np.inf):
+            raise ArgumentError("A02", f"width: expected a positive length, got {width!r}")
         values = gaussian_filter(self.values, width / self.spacing, mode="nearest")
         total = float(np.hypot(self.smoothing, width))
         return replace(self, values=values, smoothing=total)

@@ -9,7 +9,7 @@ from ._distmesh import distmesh
 from ._interpolation import better_interpolation, interpolation_errors
 from ._marching_cubes import marching_cubes
 from ._particles import particles
-from ._sizing import Sizing, curvature_sizing, nonuniform_sizing, uniform_sizing
+from ._sizing import Sizing, as_sizing, curvature_sizing, nonuniform_sizing, uniform_sizing
 from ._start import DEFAULT_VERTICES
 
 Mesher = Callable[..., Surface]
@@ -19,6 +19,7 @@ __all__ = [
     "DEFAULT_VERTICES",
     "Mesher",
     "Sizing",
+    "as_sizing",
     "better_interpolation",
     "contour",
     "curvature_sizing",

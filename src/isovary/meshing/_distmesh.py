@@ -19,7 +19,7 @@ def distmesh(
     isovalue: float,
     *,
     vertices: int | None = None,
-    sizing: Sizing | None = None,
+    sizing: Sizing | float | None = None,
     growth: float = GROWTH,
     order: int = 2,
     progress: Progress | None = None,
@@ -41,9 +41,10 @@ def distmesh(
         Wanted number of vertices; order 2 has four times as many nodes. The sizing's lengths are
         multiplied by the one factor that gives this number. Default: 1 000, or with a ``sizing``
         as many as its lengths take.
-    sizing : callable, optional
+    sizing : callable or float, optional
         Wanted edge lengths: :func:`isovary.uniform_sizing` (the default),
-        :func:`isovary.curvature_sizing`, or any function of points, field and isovalue.
+        :func:`isovary.curvature_sizing`, any function of points, field and isovalue, or one
+        length.
     growth : float
         Largest difference of two edge lengths over the distance between them.
     order : int

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from ..geometry import (
     edges_of,
     jacobian_ratios,
     topology,
+    triangle_quality,
     with_midpoints,
 )
 from ..projection import newton, outward_normals
@@ -26,11 +28,19 @@ from ._moves import centroid_step
 from ._remesh import split_edges
 
 _LEAST_JACOBIAN = 0.1
+_POOR = 0.3  # quality
+_HOPELESS = 5  # times as many bad triangles as at first
 _REFINEMENTS, _SPLITS, _EVENINGS = 6, 2, 6
 
 
 def finished(
-    draft: Draft, field: ScalarField, isovalue: float, order: int, expected: Topology
+    draft: Draft,
+    field: ScalarField,
+    isovalue: float,
+    order: int,
+    expected: Topology,
+    *,
+    judged: bool = True,
 ) -> Surface:
     """Surface of a draft, with every node on the isosurface and the field's normals.
 
@@ -43,19 +53,38 @@ def finished(
         M12 if the topology is not the expected one, M03 if triangles stay folded.
     """
     _check_topology(draft, expected)
-    for count in range(_REFINEMENTS + 1):
+    first: tuple[int, Floats] | None = None
+    for _ in range(_REFINEMENTS + 1):
         points, triangles, bad = _nodes(draft, field, isovalue, order)
         if len(bad) == 0:
+            if judged:
+                _warn_of_slivers(points, triangles)
             return Surface(points, triangles, outward_normals(points, field, isovalue))
-        if count < _REFINEMENTS:
-            draft = _refined(draft, bad, field, isovalue)
-    where = points[triangles[bad[0], :3]].mean(axis=0)
+        first = first or (len(bad), points[triangles[bad[0], :3]].mean(axis=0))
+        if len(bad) > _HOPELESS * first[0]:
+            break
+        draft = _refined(draft, bad, field, isovalue)
+    assert first is not None
     raise MeshError(
         "M03",
-        f"triangles: expected none folded, got {len(bad)}, the first near "
-        f"{where.round(6).tolist()}; ask for more vertices, smooth the field, or choose another "
+        f"triangles: expected none folded, got {first[0]}, the first near "
+        f"{first[1].round(6).tolist()}; ask for more vertices, smooth the field, or choose another "
         "isovalue or box if the surface has an edge or touches the box there",
     )
+
+
+def _warn_of_slivers(points: Floats, triangles: Ints) -> None:
+    quality = triangle_quality(points, triangles)
+    if quality.min() < _POOR:
+        where = points[triangles[quality.argmin(), :3]].mean(axis=0)
+        warnings.warn(
+            f"triangles: expected a quality of at least {_POOR}, got {quality.min():.2g} near "
+            f"{where.round(6).tolist()} (and {(quality < _POOR).sum() - 1} others below); ask for "
+            "another number of vertices, smooth the field, or move the box if it touches the "
+            "surface there [M14]",
+            UserWarning,
+            stacklevel=4,
+        )
 
 
 def _check_topology(draft: Draft, expected: Topology) -> None:

@@ -23,7 +23,7 @@ def marching_cubes(
     isovalue: float,
     *,
     vertices: int | None = None,
-    sizing: Sizing | None = None,
+    sizing: Sizing | float | None = None,
     growth: float = GROWTH,
     order: int = 2,
     remeshed: bool = True,
@@ -43,9 +43,10 @@ def marching_cubes(
         Wanted number of vertices; order 2 has four times as many nodes. The sizing's lengths are
         multiplied by the one factor that gives this number. Default: 1 000, or with a ``sizing``
         as many as its lengths take.
-    sizing : callable, optional
+    sizing : callable or float, optional
         Wanted edge lengths: :func:`isovary.uniform_sizing` (the default),
-        :func:`isovary.curvature_sizing`, or any function of points, field and isovalue.
+        :func:`isovary.curvature_sizing`, any function of points, field and isovalue, or one
+        length.
     growth : float
         Largest difference of two edge lengths over the distance between them.
     order : int
@@ -104,7 +105,11 @@ def marching_cubes(
 
 
 def _raw(
-    field: ScalarField, isovalue: float, vertices: int | None, sizing: Sizing | None, order: int
+    field: ScalarField,
+    isovalue: float,
+    vertices: int | None,
+    sizing: Sizing | float | None,
+    order: int,
 ) -> Surface:
     """The contour's own triangles, with their nodes on the isosurface."""
     check_order(order)
@@ -116,4 +121,4 @@ def _raw(
         )
     raw = contour(field, isovalue)
     mesh = draft(raw.points, raw.triangles, field, isovalue)
-    return finished(mesh, field, isovalue, order, topology(raw.triangles))
+    return finished(mesh, field, isovalue, order, topology(raw.triangles), judged=False)

@@ -35,6 +35,7 @@ from ._triangulation import fault, is_sound, refined, triangulated
 _APART = 0.67  # distance of the particles at the start: a few too many of them
 _CANDIDATES = 7  # fine vertices tried for each particle at the start
 _CONTROLS, _TRIES = 4, 8
+_HOLES = 10_000  # fine vertices looked at to fill holes: pairs of them are many
 _MOST_FINE = 100  # vertices of the fine mesh for each particle: some 30 are usual
 _MOST = 0.9  # of the work, before the triangles
 _LONELY, _CROWDED = 0.6, 1.5  # energies, of a particle's in the hexagonal packing
@@ -45,7 +46,7 @@ def particles(
     isovalue: float,
     *,
     vertices: int | None = None,
-    sizing: Sizing | None = None,
+    sizing: Sizing | float | None = None,
     growth: float = GROWTH,
     order: int = 2,
     rng: int = 7,
@@ -68,9 +69,10 @@ def particles(
         Wanted number of vertices; order 2 has four times as many nodes. The sizing's lengths are
         multiplied by the one factor that gives this number. Default: 1 000, or with a ``sizing``
         as many as its lengths take.
-    sizing : callable, optional
+    sizing : callable or float, optional
         Wanted edge lengths: :func:`isovary.uniform_sizing` (the default),
-        :func:`isovary.curvature_sizing`, or any function of points, field and isovalue.
+        :func:`isovary.curvature_sizing`, any function of points, field and isovalue, or one
+        length.
     growth : float
         Largest difference of two edge lengths over the distance between them.
     order : int
@@ -240,7 +242,9 @@ def _filled(cloud: Cloud, ground: Ground, number: int) -> Cloud:
         distance, near = tree.query(fine.points, [1, 2, 3, 4])
         alike = np.einsum("nd,nkd->nk", fine.normals, old.normals[near]) > 0
         gaps = np.where(alike, distance, distance[:, -1:]).min(axis=1) / ground.lengths
-        order = np.argsort(-np.where(fine.rank > 0, 0.0, gaps), kind="stable")[: 200 * number]
+        order = np.argsort(-np.where(fine.rank > 0, 0.0, gaps), kind="stable")[
+            : min(200 * number, _HOLES)
+        ]
         added = order[first_apart(_on(ground, order), ground.lengths[order])][:number]
     new = _on(ground, added)
     points = np.concatenate([old.points, new.draft.points])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,19 @@ from ._curvature import principal_curvatures
 
 Sizing = Callable[[Floats, ScalarField, float], Floats]
 """Points (n, 3) on an isosurface, field, isovalue -> wanted edge lengths (n,)."""
+
+
+def as_sizing(sizing: Sizing | float) -> Sizing:
+    """A sizing function as it is, a length as the same everywhere; A03 for anything else."""
+    if callable(sizing):
+        return sizing
+    if isinstance(sizing, (int, float)) and not isinstance(sizing, bool):
+        return partial(uniform_sizing, length=float(sizing))
+    raise ArgumentError(
+        "A03",
+        "sizing: expected an edge length or a function of points, field and isovalue, such as "
+        f"curvature_sizing, got {type(sizing).__name__}",
+    )
 
 
 def uniform_sizing(
@@ -36,6 +50,13 @@ def uniform_sizing(
     See Also
     --------
     nonuniform_sizing, curvature_sizing
+
+    Examples
+    --------
+    >>> box = ScalarField.from_function(
+    ...     lambda p: p[..., 0], bounds=((0, 0, 0), (3, 3, 3)), shape=(4, 4, 4))
+    >>> uniform_sizing([[0, 1, 1], [1, 1, 1]], box, 1.0, length=0.1).tolist()
+    [0.1, 0.1]
     """
     return np.full(len(np.asarray(points)), float(length))
 
@@ -81,6 +102,10 @@ def nonuniform_sizing(
     >>> nonuniform_sizing([[0, 1, 1], [1.5, 1, 1], [3, 1, 1]], box, 1.0).tolist()
     [1.0, 2.0, 4.0]
     """
+    if axis not in (0, 1, 2) or not ratio > 0:
+        raise ArgumentError(
+            "A02", f"axis, ratio: expected 0, 1 or 2 and a positive number, got {axis}, {ratio}"
+        )
     low, high = field.bounds
     along = (np.asarray(points, dtype=float)[:, axis] - low[axis]) / (high[axis] - low[axis])
     lengths: Floats = length * ratio**along
@@ -133,6 +158,8 @@ def curvature_sizing(
     low, high = field.bounds
     shortest = float(field.spacing.min()) / 2 if shortest is None else shortest
     longest = float(np.linalg.norm(high - low)) / 4 if longest is None else longest
+    if not angle > 0:
+        raise ArgumentError("A02", f"angle: expected a positive number, got {angle}")
     if not 0 < shortest <= longest:
         raise ArgumentError(
             "A02", f"shortest, longest: expected 0 < shortest <= longest, got {shortest}, {longest}"

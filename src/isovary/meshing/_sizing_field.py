@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import ArgumentError
-from ..geometry import Floats, edges_of, frozen, node_areas, topology
+from ..geometry import Floats, edges_of, frozen, node_areas, node_components, topology
 from ..scalar_field import ScalarField
 from ._curvature import principal_curvatures, section_curvatures
 from ._draft import Draft
@@ -82,7 +82,7 @@ def sizing_field(
     Its number of vertices is greater than the wanted one if that takes more.
     """
     points = fine.points
-    wanted = np.asarray(sizing(points, field, isovalue), dtype=float)
+    wanted = _lengths(sizing(points.copy(), field, isovalue))
     bad = ~(np.isfinite(wanted) & (wanted > 0))
     if wanted.shape != (len(points),) or bad.any():
         raise ArgumentError(
@@ -113,20 +113,32 @@ def sizing_field(
     return SizingField(points, lengths, vertices)
 
 
+def _lengths(returned: object) -> Floats:
+    try:
+        return np.asarray(returned, dtype=float)
+    except (TypeError, ValueError) as error:
+        raise ArgumentError(
+            "A03", f"sizing: expected a function that returns numbers, got {error}"
+        ) from error
+
+
 def _resolving(fine: Draft, field: ScalarField) -> Floats:
     """Longest edges (n,) that can follow the surface: the smaller radius of curvature.
 
     On a rim, that of the rim if it is smaller still. Not below half the samples' distance, where
-    the field has no detail, nor beyond the surface.
+    the field has no detail; but for each component below the radius of a sphere of its area.
     """
-    bend = np.abs(principal_curvatures(fine.points, field)).max(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # where the gradient vanishes: no limit
+        bend = np.nan_to_num(np.abs(principal_curvatures(fine.points, field)).max(axis=1))
     rim = np.flatnonzero(fine.rank == 1)
     if len(rim):
         faces = fine.held[rim].astype(float)
         bend[rim] = np.maximum(bend[rim], section_curvatures(fine.points[rim], field, faces))
     extent = float(np.ptp(fine.points, axis=0).max())
-    radius = 1 / np.maximum(bend, 1 / extent)
-    most: Floats = np.maximum(radius, float(field.spacing.min()) / 2)
+    radius = np.maximum(1 / np.maximum(bend, 1 / extent), float(field.spacing.min()) / 2)
+    parts = node_components(fine.triangles)
+    areas = np.bincount(parts, node_areas(fine.points, fine.triangles))
+    most: Floats = np.minimum(radius, np.sqrt(areas / (4 * np.pi))[parts])
     return most
 
 

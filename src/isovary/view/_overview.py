@@ -11,7 +11,7 @@ from ._camera import choose_camera
 from ._marks import INK, SOFT, fit_line, paragraphs
 from ._opengl import opengl_problem
 from ._panels import View, change_panel, curves_panel, displacement_panel, groups_panel
-from ._tessellate import tessellate
+from ._tessellate import outside, tessellate
 from ._words import facts, peak, percent, title, verdict
 
 _SIZE, _DPI = (12.8, 7.2), 160
@@ -58,7 +58,9 @@ def prepare(result: Comparison) -> View:
     pieces = tessellate(result.base, split)
     samples = paint.piece_samples(result, split)
     marked = peak(result)
-    mark = None if marked is None else (result.base.points[marked], result.base.normals[marked])
+    mark = None
+    if marked is not None:
+        mark = result.base.points[marked], outside(result.base) * result.base.normals[marked]
     weight = np.where(samples.margin > 0, np.maximum(np.nan_to_num(samples.norm), 0.0), 0.0)
     step = max(1, len(pieces.areas) // 8_000)
     some = slice(None, None, step)

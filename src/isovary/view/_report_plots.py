@@ -16,6 +16,7 @@ from ..signature import diffusion_radius
 from . import _paint as paint
 from ._camera import Camera
 from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at
+from ._tessellate import outside
 from ._words import unknown
 
 _FONT = {"family": 'system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif', "size": 13}
@@ -63,7 +64,7 @@ def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go
 def _ring(result: Comparison, node: int) -> Floats:
     """A circle around a node in its tangent plane, a little off the surface (k, 3)."""
     size = float(np.ptp(result.base.points, axis=0).max())
-    normal = result.base.normals[node]
+    normal = outside(result.base) * result.base.normals[node]
     first = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
     first /= np.linalg.norm(first)
     turn = np.linspace(0, 2 * np.pi, 49)[:, None]

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import EDGES, Floats, Ints, edges_of, node_places, shape_functions
+from ..geometry import EDGES, Floats, Ints, edges_of, node_places, rim_nodes, shape_functions
 from ..records import Surface
 
 
@@ -89,7 +89,21 @@ def tessellate(surface: Surface, split: int) -> Pieces:
     a, b, c = (points[triangles[:, i]] for i in range(3))
     cross = np.cross(b - a, c - a)
     double = np.linalg.norm(cross, axis=1)
-    return Pieces(points, _unit(normals), triangles, (a + b + c) / 3, _unit(cross), double / 2)
+    middles, facing = (a + b + c) / 3, _unit(cross)
+    if outside(surface) < 0:
+        normals, facing, triangles = -normals, -facing, triangles[:, ::-1]
+    return Pieces(points, _unit(normals), triangles, middles, facing, double / 2)
+
+
+def outside(surface: Surface) -> float:
+    """-1 for a closed surface whose normals point inward, as those of a distance do; else 1.
+
+    Pictures show surfaces from outside, where the field may be the greater.
+    """
+    if len(rim_nodes(surface.triangles)):
+        return 1.0
+    a, b, c = surface.points[surface.corners].transpose(1, 0, 2)
+    return -1.0 if (a * np.cross(b, c)).sum() < 0 else 1.0
 
 
 def at_pieces(surface: Surface, split: int, values: Floats) -> Floats:
@@ -138,7 +152,7 @@ def edge_lines(surface: Surface, split: int) -> tuple[Floats, Floats]:
     -------
     points : array (e, split + 1, 3)
     normals : array (e, split + 1, 3)
-        Unit.
+        Unit, outward.
     """
     _, of_triangle, _ = edges_of(surface.corners)
     _, first = np.unique(of_triangle, return_index=True)
@@ -150,7 +164,8 @@ def edge_lines(surface: Surface, split: int) -> tuple[Floats, Floats]:
     shape = shape_functions(places, surface.order)[local]
     nodes = surface.triangles[element]
     points = np.einsum("epi,eid->epd", shape, surface.points[nodes])
-    return points, _unit(np.einsum("epi,eid->epd", shape, surface.normals[nodes]))
+    normals = outside(surface) * np.einsum("epi,eid->epd", shape, surface.normals[nodes])
+    return points, _unit(normals)
 
 
 def _unit(vectors: Floats) -> Floats:
