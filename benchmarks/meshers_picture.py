@@ -148,7 +148,7 @@ def headline(rows: Sequence[Row]) -> str:
     curved = spread([(name, name.replace("curvature", "uniform")) for name in names], (1, 2))
     raw = spread([("raw, nodes on the surface", "marching_cubes, uniform")], (1, 2))
     return (
-        f"Even edges err least: edges by curvature err {curved} times as much, raw "
+        f"Even edges err least: by curvature {curved} times as much with the same mesher, raw "
         f"marching cubes {raw}"
     )
 

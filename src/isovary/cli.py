@@ -304,6 +304,7 @@ def mesh_file(
     vertices: int | None = None,
     mesher: Literal["marching-cubes", "distmesh", "particles"] = "marching-cubes",
     sizing: Literal["uniform", "curvature", "nonuniform"] = "uniform",
+    edge_length: float | None = None,
     growth: float = 0.3,
     order: Literal[1, 2] = 2,
 ) -> None:
@@ -326,11 +327,14 @@ def mesh_file(
     smooth
         Width of a Gaussian that smooths the field first, in the unit of the spacing.
     vertices
-        Vertices of the mesh. Default: 1000; as many as it takes with --sizing curvature.
+        Vertices of the mesh. Default: 1000; as many as it takes with --sizing curvature or
+        --edge-length.
     mesher
         marching-cubes: remeshed to equal edges; distmesh: a truss; particles: repelling.
     sizing
         Edge lengths: equal, shorter where the surface curves, or graded along x.
+    edge_length
+        Length of all edges, in the unit of the spacing, in place of a number of vertices.
     growth
         Largest difference of two edge lengths over the distance between them.
     order
@@ -338,9 +342,15 @@ def mesh_file(
     """
     start = time.perf_counter()
     check_output(out)
-    if vertices is None and sizing != "curvature":  # the others' lengths are in no unit
+    wanted: Sizing | float = _SIZINGS[sizing]
+    if edge_length is not None:
+        if vertices is not None or sizing != "uniform":
+            raise ArgumentError("A02", "edge-length: expected no --vertices or --sizing beside it")
+        wanted = edge_length
+    elif vertices is None and sizing != "curvature":  # the others' lengths are in no unit
         vertices = DEFAULT_VERTICES
     chosen = {"vertices": vertices, "growth": growth, "order": order}
+    said = {"edge_length": edge_length, **chosen}
     with _progress() as tell:
         walk = Walk(tell)
         with noted_warnings() as notes:
@@ -349,15 +359,15 @@ def mesh_file(
                 read = read if smooth is None else read.smoothed(smooth)
                 used = better_interpolation(read, isovalue)
             with walk.stage("meshing", 0.4):
-                surface = _MESHERS[mesher](used, isovalue, sizing=_SIZINGS[sizing], **chosen)
+                surface = _MESHERS[mesher](used, isovalue, sizing=wanted, **chosen)
             with walk.stage("mesh quality", 0.2):
-                quality = mesh_quality(surface, used, isovalue, sizing=_SIZINGS[sizing])
+                quality = mesh_quality(surface, used, isovalue, sizing=wanted)
         save_mesh(
             surface,
             quality,
             out,
             title=f"isosurface {used.name} = {isovalue:g}, {mesher}, {sizing} edges",
-            choices=_mesh_choices(field, used, isovalue, mesher, sizing, chosen),
+            choices=_mesh_choices(field, used, isovalue, mesher, sizing, said),
             notes=notes,
             timings=walk.timings,
             progress=lambda s, d: tell(s, 0.7 + 0.3 * d),
