@@ -55,11 +55,13 @@ def change(vertices: int | None, order: int, carried: bool, times: np.ndarray | 
     """The change on one base mesh, with the pairs that the base keeps."""
     start = time.perf_counter()
     first, second = fields()
-    base = iv.marching_cubes(first, ISOVALUE, vertices=vertices, order=order)
+    raw = vertices is None
+    mesh = partial(iv.marching_cubes, vertices=vertices, order=order, remeshed=not raw)
+    base = mesh(first, ISOVALUE)
     if carried:
         other, match = iv.carry(base, second, ISOVALUE)
     else:
-        other = iv.marching_cubes(second, ISOVALUE, vertices=vertices, order=order)
+        other = mesh(second, ISOVALUE)
         match = iv.normal_rays(base, other)
     pairs, others = (iv.eigenpairs(iv.fem(surface), PAIRS) for surface in (base, other))
     times = iv.diffusion_times(pairs) if times is None else times

@@ -28,7 +28,10 @@ def sampled_sphere(vertices: int | None, order: int) -> iv.Surface:
         ((-1.5, -1.5, -1.5), (1.5, 1.5, 1.5)),
         (32, 32, 32),
     )
-    return iv.marching_cubes(gauss, float(np.exp(-1)), vertices=vertices, order=order)
+    remeshed = vertices is not None
+    return iv.marching_cubes(
+        gauss, float(np.exp(-1)), vertices=vertices, order=order, remeshed=remeshed
+    )
 
 
 def report() -> str:
