@@ -250,9 +250,13 @@ def edges_of(triangles: Ints) -> tuple[Ints, Ints, Ints]:
         Number of triangles at each edge: 1 on a boundary, 2 inside.
     """
     pairs = np.sort(np.concatenate([triangles[:, [i, j]] for i, j in EDGES]), axis=1)
-    edges, inverse, counts = np.unique(pairs, axis=0, return_inverse=True, return_counts=True)
+    size = int(triangles.max()) + 1  # one number for each edge is sorted faster than two
+    keys, inverse, counts = np.unique(
+        pairs[:, 0].astype(np.int64) * size + pairs[:, 1], return_inverse=True, return_counts=True
+    )
+    edges = np.stack([keys // size, keys % size], axis=1)
     of_triangle = np.ascontiguousarray(inverse.reshape(3, -1).T)
-    return edges.astype(np.int64), of_triangle.astype(np.int64), counts.astype(np.int64)
+    return edges, of_triangle.astype(np.int64), counts.astype(np.int64)
 
 
 def with_midpoints(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:

@@ -138,7 +138,6 @@ def collapse(
     each new point the old one (k,) that it was.
     """
     lack = np.where(_collapsible(triangles, edges, rank), lack, -np.inf)
-    merged, moved = np.arange(len(points)), points
     banned = np.zeros(len(lack), dtype=bool)
     for _ in range(_TRIES):  # those that fail stand back for their neighbours
         chosen = _apart(np.where(banned, -np.inf, lack), edges, len(points), most)
@@ -152,9 +151,8 @@ def collapse(
         if good.all():
             break
     keep, drop, place = keep[good], drop[good], place[good]
-    moved = points.copy()
-    moved[keep] = place
-    merged[drop] = keep
+    merged, moved = np.arange(len(points)), points.copy()
+    merged[drop], moved[keep] = keep, place
     return compact(moved, merged[triangles])
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry import EDGES, Bools, Floats, Ints, topology
+from ..geometry import Bools, Floats, Ints, edges_of, topology
 from ..scalar_field import ScalarField
 from ._draft import Draft, settled
 from ._edits import edges_with_sides, flip
@@ -28,7 +28,7 @@ def refined(
     Returns the mesh, and the wanted lengths (n,) at its vertices, linear along the old edges.
     """
     for _ in range(_PASSES):
-        ends, of_triangle, counts = _edges(fine.triangles)
+        ends, of_triangle, counts = edges_of(fine.triangles)
         i, j = ends.T
         way = np.linalg.norm(fine.points[i] - fine.points[j], axis=1)
         halved = np.flatnonzero(way > longest * (lengths[i] + lengths[j]) / 2)
@@ -77,7 +77,7 @@ def cells(fine: Draft, seeds: Ints) -> Ints:
     from scipy.sparse import coo_array
     from scipy.sparse.csgraph import dijkstra
 
-    ends, _, counts = _edges(fine.triangles)
+    ends, _, counts = edges_of(fine.triangles)
     count = len(fine.points)
     way = np.linalg.norm(fine.points[ends[:, 0]] - fine.points[ends[:, 1]], axis=1)
     along = counts == 1
@@ -141,17 +141,6 @@ def _fans(triangles: Ints) -> int:
     row, column = np.concatenate(links, axis=1)
     graph = coo_array((np.ones(len(row)), (row, column)), shape=(triangles.size,) * 2)
     return int(connected_components(graph, directed=False)[0])
-
-
-def _edges(triangles: Ints) -> tuple[Ints, Ints, Ints]:
-    """As :func:`isovary.geometry.edges_of`, by one number for each edge: faster."""
-    pairs = np.sort(np.concatenate([triangles[:, pair] for pair in EDGES]), axis=1)
-    size = int(triangles.max()) + 1
-    keys, inverse, counts = np.unique(
-        pairs[:, 0] * size + pairs[:, 1], return_inverse=True, return_counts=True
-    )
-    ends = np.stack([keys // size, keys % size], axis=1)
-    return ends, inverse.reshape(3, -1).T, counts
 
 
 def _pieces(points: Floats, triangles: Ints, middles: Ints) -> Ints:
