@@ -250,7 +250,7 @@ def edges_of(triangles: Ints) -> tuple[Ints, Ints, Ints]:
         Number of triangles at each edge: 1 on a boundary, 2 inside.
     """
     pairs = np.sort(np.concatenate([triangles[:, [i, j]] for i, j in EDGES]), axis=1)
-    size = int(triangles.max()) + 1  # one number for each edge is sorted faster than two
+    size = int(triangles.max(initial=-1)) + 1  # one number for each edge is sorted faster than two
     keys, inverse, counts = np.unique(
         pairs[:, 0].astype(np.int64) * size + pairs[:, 1], return_inverse=True, return_counts=True
     )
