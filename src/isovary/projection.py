@@ -6,13 +6,13 @@ import numpy as np
 
 from .errors import MeshError
 from .geometry import Bools, Floats
-from .scalar_field import ScalarField
+from .level_sets import LevelSet
 
 _STEPS = 40
 
 
 def project(
-    points: Floats, field: ScalarField, isovalue: float, *, held: Bools | None = None
+    points: Floats, field: LevelSet, isovalue: float, *, held: Bools | None = None
 ) -> Floats:
     """Points moved onto the isosurface by Newton steps along the field's gradient.
 
@@ -23,7 +23,8 @@ def project(
     ----------
     points : array (n, 3)
         Within a cell or two of the isosurface.
-    field : ScalarField
+    field : LevelSet
+        A ScalarField, a moved or a blended one.
     isovalue : float
     held : array (n, 3) of bool, optional
         Coordinates that do not change. Default: those on a face of the box.
@@ -45,6 +46,7 @@ def project(
 
     Examples
     --------
+    >>> from isovary.scalar_field import ScalarField
     >>> ball = ScalarField.from_function(
     ...     lambda p: -(p**2).sum(axis=-1), bounds=((-2, -2, -2), (2, 2, 2)), shape=(9, 9, 9))
     >>> project(np.array([[1.2, 0.0, 0.0]]), ball, -1.0).round(12)[0, 0].tolist()
@@ -64,7 +66,7 @@ def project(
 
 
 def newton(
-    points: Floats, field: ScalarField, isovalue: float, *, held: Bools | None = None
+    points: Floats, field: LevelSet, isovalue: float, *, held: Bools | None = None
 ) -> tuple[Floats, Bools]:
     """What :func:`project` does, and a mask (n,) of the points that arrived."""
     low, high = field.bounds
@@ -94,7 +96,7 @@ def newton(
     return moved, arrived
 
 
-def outward_normals(points: Floats, field: ScalarField, isovalue: float) -> Floats:
+def outward_normals(points: Floats, field: LevelSet, isovalue: float) -> Floats:
     """Unit normals (n, 3) towards smaller field values at points of an isosurface."""
     _, gradient = field.level_set(points, isovalue)
     normals: Floats = -gradient / np.linalg.norm(gradient, axis=1, keepdims=True)

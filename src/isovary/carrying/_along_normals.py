@@ -15,16 +15,16 @@ from ..geometry import (
     own_places,
     tangents,
 )
+from ..level_sets import LevelSet
 from ..projection import outward_normals, project
 from ..records import Correspondence, Surface
-from ..scalar_field import ScalarField
 
 _NEWTON_STEPS = 60
 _LOST_LIMIT = 0.5
 
 
 def carry(
-    surface: Surface, field: ScalarField, isovalue: float, *, reach: float | None = None
+    surface: Surface, field: LevelSet, isovalue: float, *, reach: float | None = None
 ) -> tuple[Surface, Correspondence]:
     """The base mesh carried along its normals onto an isosurface of another field.
 
@@ -39,8 +39,8 @@ def carry(
     ----------
     surface : Surface
         The base; its normals must point to smaller field values.
-    field : ScalarField
-        The perturbed field.
+    field : LevelSet
+        The perturbed field: a ScalarField, a moved or a blended one.
     isovalue : float
         In the field's unit.
     reach : float, optional
@@ -83,6 +83,7 @@ def carry(
     A unit sphere in the field of a sphere of radius 1.1:
 
     >>> from isovary.shapes import icosphere
+    >>> from isovary.scalar_field import ScalarField
     >>> ball = ScalarField.from_function(
     ...     lambda p: -(p**2).sum(axis=-1), bounds=((-2, -2, -2), (2, 2, 2)), shape=(9, 9, 9))
     >>> carried, match = carry(icosphere(2), ball, -1.21)
@@ -107,7 +108,7 @@ def carry(
     return carried, Correspondence(triangle, places, distance, hits)
 
 
-def _directions(surface: Surface, field: ScalarField) -> Floats:
+def _directions(surface: Surface, field: LevelSet) -> Floats:
     """Unit normals, without the part that would leave the faces of the box a node lies on."""
     low, high = field.bounds
     edge = 1e-9 * (high - low)
@@ -119,7 +120,7 @@ def _directions(surface: Surface, field: ScalarField) -> Floats:
 
 
 def _nearest_roots(
-    points: Floats, rays: Floats, field: ScalarField, isovalue: float, reach: float
+    points: Floats, rays: Floats, field: LevelSet, isovalue: float, reach: float
 ) -> tuple[Floats, Ints]:
     """Signed distance of the nearest root of each ray, NaN if none, and the roots met.
 
@@ -154,7 +155,7 @@ def _nearest_roots(
 
 
 def _roots(
-    points: Floats, rays: Floats, field: ScalarField, isovalue: float, start: float, stop: float
+    points: Floats, rays: Floats, field: LevelSet, isovalue: float, start: float, stop: float
 ) -> Floats:
     """Newton steps along the rays, replaced by bisection where they leave the bracket."""
     low, high = np.full(len(points), start), np.full(len(points), stop)
@@ -192,7 +193,7 @@ def _check_lost(found: Bools, reach: float) -> None:
 
 
 def _filled(
-    surface: Surface, points: Floats, found: Bools, field: ScalarField, isovalue: float
+    surface: Surface, points: Floats, found: Bools, field: LevelSet, isovalue: float
 ) -> Floats:
     """Lost nodes put near the mean move of their neighbours, then onto the isosurface."""
     move = np.where(found[:, None], points - surface.points, 0.0)
