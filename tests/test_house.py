@@ -29,11 +29,12 @@ PACKAGE = ROOT / "src" / "isovary"
 # Imports go down only. A new file or room is added here, once.
 LAYERS = {
     **dict.fromkeys(["records", "scalar_field", "errors", "geometry", "projection"], 0),
-    **dict.fromkeys(["rigid_motion", "level_sets"], 0),
+    **dict.fromkeys(["rigid_motion", "level_sets", "isometry"], 0),
     **dict.fromkeys(["meshing", "laplacian", "spectrum", "signature", "alignment", "rims"], 1),
     **dict.fromkeys(["carrying", "correspondence", "difference", "clustering"], 1),
     **dict.fromkeys(["embedding", "color", "deform", "shapes", "potentials"], 1),
     **dict.fromkeys(["comparison", "levels", "methods", "noise", "notes", "quality", "sweep"], 2),
+    **dict.fromkeys(["topology_change", "matching", "extrinsic", "truncation"], 2),
     **dict.fromkeys(["io", "view", "app", "paraview", "data", "cli", "__main__"], 3),
 }
 

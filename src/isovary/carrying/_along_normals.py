@@ -11,10 +11,9 @@ from ..geometry import (
     Floats,
     Ints,
     linear_triangles,
-    node_places,
     own_places,
-    tangents,
 )
+from ..isometry import check_facing
 from ..level_sets import LevelSet
 from ..projection import outward_normals, project
 from ..records import Correspondence, Surface
@@ -102,18 +101,23 @@ def carry(
     if not found.all():
         points = _filled(surface, points, found, field, isovalue)
     carried = Surface(points, surface.triangles, outward_normals(points, field, isovalue))
-    _check_turned(carried)
+    check_facing(carried.points, carried.triangles, carried.normals)
     triangle, places = own_places(surface.triangles)
     triangle, places = np.where(found, triangle, -1), np.where(found[:, None], places, np.nan)
     return carried, Correspondence(triangle, places, distance, hits)
 
 
-def _directions(surface: Surface, field: LevelSet) -> Floats:
-    """Unit normals, without the part that would leave the faces of the box a node lies on."""
+def faces_held(points: Floats, field: LevelSet) -> Bools:
+    """Coordinates (n, 3) that put a point on a face of the field's box."""
     low, high = field.bounds
     edge = 1e-9 * (high - low)
-    on_face = (np.abs(surface.points - low) < edge) | (np.abs(surface.points - high) < edge)
-    within = np.where(on_face, 0.0, surface.normals)
+    held: Bools = (np.abs(points - low) < edge) | (np.abs(points - high) < edge)
+    return held
+
+
+def _directions(surface: Surface, field: LevelSet) -> Floats:
+    """Unit normals, without the part that would leave the faces of the box a node lies on."""
+    within = np.where(faces_held(surface.points, field), 0.0, surface.normals)
     length = np.linalg.norm(within, axis=1, keepdims=True)
     rays: Floats = np.where(length > 0.1, within / np.maximum(length, 0.1), np.nan)
     return rays
@@ -224,18 +228,3 @@ def _filled(
             "filled in; go in smaller steps of the parameter, or compare with normal_rays",
         ) from error
     return filled
-
-
-def _check_turned(carried: Surface) -> None:
-    """Every triangle must face where the field falls, as it did on the base."""
-    jacobian = tangents(carried.points, carried.triangles, node_places(carried.order))
-    facing = np.cross(jacobian[..., 0], jacobian[..., 1])
-    along = np.einsum("mqd,mqd->mq", facing, carried.normals[carried.triangles])
-    turned = along.min(axis=1) <= 0
-    if turned.any():
-        raise CorrespondenceError(
-            "C05",
-            f"triangles: expected all carried ones to face outward, got {turned.sum()} turned "
-            f"over, first {np.flatnonzero(turned)[:5].tolist()}; the surfaces are too far apart "
-            "for their features: go in smaller steps of the parameter, or compare with normal_rays",
-        )

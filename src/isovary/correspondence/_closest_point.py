@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry import Floats, Ints, linear_triangles
+from ..geometry import Floats, Ints
 from ..records import Correspondence, Surface
-from ._locator import (
-    build_locator,
-    flat_barycentric,
-    position,
-    step_within,
-    tangents_at,
-    to_parent,
-)
-
-_STEPS = 4
+from ._elements import nearest_places, position, to_parent
+from ._locator import nearest_pieces
 
 
 def closest_point(base: Surface, perturbed: Surface) -> Correspondence:
     """Each base node matched to the closest point of the perturbed surface.
 
-    Searched on flat triangles, then refined on the curved element by
-    Gauss-Newton steps. Every node finds a partner, however far: look at
-    ``distance``, and prefer a carried mesh wherever a field is at hand.
+    Searched on flat triangles, where it is exact, then refined on the curved
+    element, and those beside it, by Newton steps. Every node finds a partner, however far, and
+    whichever way that faces: look at ``distance``, and prefer a carried mesh
+    wherever a field is at hand.
 
     Parameters
     ----------
@@ -45,33 +38,15 @@ def closest_point(base: Surface, perturbed: Surface) -> Correspondence:
     >>> closest_point(triangle, lifted).distance.tolist()
     [0.5, 0.5, 0.5]
     """
-    piece = _nearest_pieces(base.points, perturbed)
-    flat = linear_triangles(perturbed.triangles)[piece]
-    local = flat_barycentric(perturbed.points[flat], base.points)
-    triangle, barycentric = to_parent(perturbed, piece, local)
-    if perturbed.order == 2:
-        for _ in range(_STEPS):
-            offset = base.points - position(perturbed, triangle, barycentric)
-            jacobian = tangents_at(perturbed, triangle, barycentric)
-            metric = np.einsum("ndk,ndl->nkl", jacobian, jacobian)
-            right = np.einsum("ndk,nd->nk", jacobian, offset)
-            move = np.linalg.solve(metric, right[..., None])[..., 0]
-            barycentric = step_within(barycentric, move)
+    triangle, barycentric = nearest(base.points, perturbed)
     offset = position(perturbed, triangle, barycentric) - base.points
     side = np.where(np.einsum("nd,nd->n", offset, base.normals) >= 0, 1.0, -1.0)
     distance = side * np.linalg.norm(offset, axis=1)
     return Correspondence(triangle, barycentric, distance, np.ones(len(triangle), dtype=np.int64))
 
 
-def _nearest_pieces(points: Floats, surface: Surface) -> Ints:
-    from vtkmodules.vtkCommonCore import reference
-    from vtkmodules.vtkCommonDataModel import vtkGenericCell
-
-    locator = build_locator(surface)
-    cell, number, part, square = vtkGenericCell(), reference(0), reference(0), reference(0.0)
-    found = np.empty(len(points), dtype=np.int64)
-    place = [0.0, 0.0, 0.0]
-    for row, point in enumerate(points):
-        locator.FindClosestPoint(point.tolist(), place, cell, number, part, square)  # type: ignore[call-overload]
-        found[row] = int(number)
-    return found
+def nearest(points: Floats, surface: Surface) -> tuple[Ints, Floats]:
+    """Triangle (n,) and barycentric coordinates (n, 3) of the place nearest to each point."""
+    piece = nearest_pieces(points, surface)
+    middle = np.full((len(points), 3), 1 / 3)
+    return nearest_places(surface, points, *to_parent(surface, piece, middle))

@@ -1,4 +1,4 @@
-"""Search on a surface's triangles with VTK, refined on its curved elements."""
+"""Search on the flat pieces of a surface's triangles, with VTK."""
 
 from __future__ import annotations
 
@@ -6,15 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..geometry import (
-    LINEAR_PIECES,
-    Floats,
-    Ints,
-    linear_triangles,
-    node_places,
-    shape_functions,
-    shape_gradients,
-)
+from ..geometry import Floats, Ints, linear_triangles
 from ..records import Surface
 
 if TYPE_CHECKING:
@@ -45,48 +37,35 @@ def build_locator(surface: Surface) -> vtkStaticCellLocator:
     return locator
 
 
-def to_parent(surface: Surface, piece: Ints, barycentric: Floats) -> tuple[Ints, Floats]:
-    """Triangle and barycentric coordinates of a place given in a flat piece."""
-    if surface.order == 1:
-        return piece, barycentric
-    nodes = np.array(LINEAR_PIECES)[piece % 4]
-    places = node_places(2)[nodes]
-    return piece // 4, np.einsum("nk,nkb->nb", barycentric, places)
+def nearest_pieces(points: Floats, surface: Surface) -> Ints:
+    """The flat piece (n,) nearest to each point."""
+    from vtkmodules.vtkCommonCore import reference
+    from vtkmodules.vtkCommonDataModel import vtkGenericCell
+
+    locator = build_locator(surface)
+    cell, number, part, square = vtkGenericCell(), reference(0), reference(0), reference(0.0)
+    found = np.empty(len(points), dtype=np.int64)
+    place = [0.0, 0.0, 0.0]
+    for row, point in enumerate(points):
+        locator.FindClosestPoint(point.tolist(), place, cell, number, part, square)  # type: ignore[call-overload]
+        found[row] = int(number)
+    return found
 
 
-def position(surface: Surface, triangle: Ints, barycentric: Floats) -> Floats:
-    """Points (n, 3) on the curved elements."""
-    weights = shape_functions(barycentric, surface.order)
-    points: Floats = np.einsum("ni,nid->nd", weights, surface.points[surface.triangles[triangle]])
-    return points
+def pieces_on_lines(
+    starts: Floats, ends: Floats, surface: Surface, tolerance: float
+) -> tuple[Ints, Ints]:
+    """Line and flat piece of every crossing, and of what misses by less than the tolerance."""
+    from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
 
-
-def tangents_at(surface: Surface, triangle: Ints, barycentric: Floats) -> Floats:
-    """Tangents (n, 3, 2) of the curved elements."""
-    gradients = shape_gradients(barycentric, surface.order)
-    tangents: Floats = np.einsum(
-        "nik,nid->ndk", gradients, surface.points[surface.triangles[triangle]]
-    )
-    return tangents
-
-
-def step_within(barycentric: Floats, move: Floats) -> Floats:
-    """Barycentric coordinates after a local step (n, 2), kept inside the triangle."""
-    moved = barycentric + np.column_stack([-move.sum(axis=1), move])
-    moved = np.clip(moved, 0.0, None)
-    inside: Floats = moved / moved.sum(axis=1, keepdims=True)
-    return inside
-
-
-def flat_barycentric(corners: Floats, points: Floats) -> Floats:
-    """Barycentric coordinates (n, 3) of points put onto flat triangles (n, 3, 3), in [0, 1]."""
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    offset = points - corners[:, 0]
-    a = np.einsum("nd,nd->n", first, first)
-    b = np.einsum("nd,nd->n", first, second)
-    c = np.einsum("nd,nd->n", second, second)
-    u = np.einsum("nd,nd->n", offset, first)
-    v = np.einsum("nd,nd->n", offset, second)
-    determinant = a * c - b * b
-    local = np.column_stack([c * u - b * v, a * v - b * u]) / determinant[:, None]
-    return step_within(np.tile([1.0, 0.0, 0.0], (len(points), 1)), local)
+    locator = build_locator(surface)
+    cells, places = vtkIdList(), vtkPoints()
+    lines, pieces = [], []
+    for row in range(len(starts)):
+        locator.IntersectWithLine(starts[row], ends[row], tolerance, places, cells)
+        count = cells.GetNumberOfIds()
+        lines += [row] * count
+        pieces += [cells.GetId(i) for i in range(count)]
+        cells.Reset()
+        places.Reset()
+    return np.array(lines, dtype=np.int64), np.array(pieces, dtype=np.int64)

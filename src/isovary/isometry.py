@@ -1,0 +1,317 @@
+"""How far a map between two surfaces is from an isometry, and the map that is nearest to one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .errors import CorrespondenceError
+from .geometry import Bools, Floats, Ints, edges_of, node_places, shape_gradients, tangents
+from .records import Surface
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
+
+_STEPS = 100
+_DAMPING = 1e-6  # of the diagonal, at least: directions that hardly change a length stand still
+_MOST_DAMPING = 1e6
+_ISOMETRIC = 1e-11  # strain that is rounding
+_SETTLED = 1e-4  # of an edge: a step below it is the last
+
+
+@dataclass(frozen=True, eq=False)
+class Distortion:
+    """How much a map stretches each triangle of a surface.
+
+    Parameters
+    ----------
+    stretches : array (m, 2)
+        Principal stretches of each triangle, the larger first: lengths after over lengths
+        before, along two directions at right angles.
+    areas : array (m,)
+        The triangles' areas before; length^2.
+    strain : float
+        Root mean square over the surface of the Green strain ((F^T F - 1) / 2, Frobenius norm).
+
+    Examples
+    --------
+    A triangle stretched by 1.2 along x alone:
+
+    >>> triangle = Surface([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    >>> stretched = distortion(triangle, triangle.points * [1.2, 1, 1])
+    >>> stretched.stretches.round(12).tolist(), round(stretched.strain, 12)
+    ([[1.2, 1.0]], 0.22)
+    >>> stretched.area_strain.round(12).tolist(), stretched.angle_strain.round(12).tolist()
+    ([0.2], [0.2])
+    """
+
+    stretches: Floats
+    areas: Floats
+    strain: float
+
+    @property
+    def area_strain(self) -> Floats:
+        """Area after over area before, less 1; (m,)."""
+        strain: Floats = self.stretches.prod(axis=1) - 1
+        return strain
+
+    @property
+    def angle_strain(self) -> Floats:
+        """Larger stretch over the smaller, less 1; (m,), 0 where angles are kept."""
+        strain: Floats = self.stretches[:, 0] / self.stretches[:, 1] - 1
+        return strain
+
+    @property
+    def size(self) -> Floats:
+        """Largest change of a length in each triangle, relative to it; (m,)."""
+        change: Floats = np.abs(self.stretches - 1).max(axis=1)
+        return change
+
+    def at_nodes(self, triangles: Ints) -> Floats:
+        """``size`` at the nodes (n,): the mean of the triangles around, by area."""
+        weight = np.repeat(self.areas, triangles.shape[1])
+        total = np.bincount(triangles.ravel(), weight * np.repeat(self.size, triangles.shape[1]))
+        mean: Floats = total / np.bincount(triangles.ravel(), weight)
+        return mean
+
+
+def distortion(base: Surface, points: Floats) -> Distortion:
+    """How much a map of a surface's nodes stretches its triangles.
+
+    The map between the (curved) triangles is that of their shape functions. With F its
+    gradient in orthonormal coordinates of the base, the stretches are the singular values of
+    F, from the mean of F^T F over each triangle.
+
+    Parameters
+    ----------
+    base : Surface
+    points : array (n, 3)
+        Where the base's nodes go.
+
+    Returns
+    -------
+    Distortion
+
+    Notes
+    -----
+    Cost: linear in the number of triangles, 10 ms for 2 000 of six nodes.
+    """
+    metric = _metric(base)
+    tensor = metric.tensor(points)
+    areas = metric.weights.sum(axis=1)
+    mean = np.einsum("mq,mqkl->mkl", metric.weights, tensor) / areas[:, None, None]
+    squares = np.linalg.eigvalsh(mean)[:, ::-1]
+    stretches = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
+    return Distortion(stretches, areas, float(np.sqrt(metric.energy(tensor))))
+
+
+class Landing(NamedTuple):
+    """Where points arrive on a surface.
+
+    ``points`` (n, 3) on it, its unit ``normals`` (n, 3) there, the directions ``frames``
+    (n, 3, 2) in which each may slide (0 for none), and the mask ``arrived`` (n,).
+    """
+
+    points: Floats
+    normals: Floats
+    frames: Floats
+    arrived: Bools
+
+
+Ground = Callable[[Floats], Landing]
+"""The way from points near a surface onto it."""
+
+
+def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
+    """Points slid on another surface until the map from the base is as isometric as can be.
+
+    Minimizes the integral over the base of the squared Green strain E = (F^T F - 1) / 2, F the
+    gradient of the map, by damped Gauss-Newton steps in the tangent planes of the other
+    surface, each followed by the way back onto it. A step that raises the strain or turns a
+    triangle over is damped more. Where nothing is lost by it (a sphere may turn) nothing moves.
+
+    Parameters
+    ----------
+    base : Surface
+        With n nodes.
+    start : array (n, 3)
+        On the other surface, no triangle turned over.
+    ground : callable
+        The other surface.
+
+    Returns
+    -------
+    array (n, 3)
+
+    Raises
+    ------
+    CorrespondenceError
+        C05 if triangles are turned over at the start.
+
+    Notes
+    -----
+    Quadratic convergence where the surfaces are nearly isometric: 4 to 5 steps, each a sparse
+    factorization of 2 n unknowns, 0.1 s for 4 000 nodes. Where lengths change by 10 % it is
+    linear: some ten steps. At most 100.
+
+    References
+    ----------
+    O. Sorkine and M. Alexa, *As-rigid-as-possible surface modeling*, SGP 2007, minimize the
+    same to leading order by turns (local) and a fixed stiffness (global), in many more steps;
+    J. Nocedal and S. Wright, *Numerical Optimization*, 2006, section 10.3 (damping).
+    """
+    metric = _metric(base)
+    here = ground(start)
+    check_facing(here.points, base.triangles, here.normals)
+    settled = _SETTLED * _edge_length(here.points, base.triangles)
+    energy, damping = metric.energy(metric.tensor(here.points)), 1e-3
+    for _ in range(_STEPS):
+        if energy < _ISOMETRIC**2:
+            break
+        matrix, slope = metric.equations(here.points, here.frames)
+        while damping < _MOST_DAMPING:
+            step = np.einsum("ndc,nc->nd", here.frames, _solve(matrix, slope, damping))
+            there = ground(here.points + step)
+            lower = metric.energy(metric.tensor(there.points))
+            if there.arrived.all() and lower < energy and _faces(there, base.triangles):
+                break
+            damping *= 10
+        else:
+            break
+        length = float(np.linalg.norm(there.points - here.points, axis=1).max())
+        here, energy, damping = there, lower, max(damping / 10, _DAMPING)
+        if length < settled:
+            break
+    return here.points
+
+
+def tangent_frames(normals: Floats) -> Floats:
+    """Two unit vectors at right angles to each normal and each other, (n, 3, 2)."""
+    away = np.eye(3)[np.abs(normals).argmin(axis=1)]
+    first = np.cross(normals, away)
+    first /= np.linalg.norm(first, axis=1, keepdims=True)
+    frames: Floats = np.stack([first, np.cross(normals, first)], axis=-1)
+    return frames
+
+
+def check_facing(points: Floats, triangles: Ints, normals: Floats) -> None:
+    """Raise CorrespondenceError C05 if a triangle does not face along the normals (n, 3)."""
+    turned = facing(points, triangles, normals) <= 0
+    if turned.any():
+        raise CorrespondenceError(
+            "C05",
+            f"triangles: expected all carried ones to face outward, got {turned.sum()} turned "
+            f"over, first {np.flatnonzero(turned)[:5].tolist()}; the surfaces are too far apart "
+            "for their features: go in smaller steps of the parameter, or compare with normal_rays",
+        )
+
+
+def facing(points: Floats, triangles: Ints, normals: Floats) -> Floats:
+    """Least product (m,) of a triangle's own normal at its nodes and the nodes' normals."""
+    jacobian = tangents(points, triangles, node_places(1 if triangles.shape[1] == 3 else 2))
+    own = np.cross(jacobian[..., 0], jacobian[..., 1])
+    least: Floats = np.einsum("mqd,mqd->mq", own, normals[triangles]).min(axis=1)
+    return least
+
+
+def _faces(landing: Landing, triangles: Ints) -> bool:
+    return bool((facing(landing.points, triangles, landing.normals) > 0).all())
+
+
+def _edge_length(points: Floats, triangles: Ints) -> float:
+    i, j = edges_of(triangles)[0].T
+    return float(np.median(np.linalg.norm(points[i] - points[j], axis=1)))
+
+
+@dataclass(frozen=True, eq=False)
+class _Metric:
+    """Gradients (m, q, i, 2) of the shape functions in orthonormal coordinates, and weights."""
+
+    triangles: Ints
+    gradients: Floats
+    weights: Floats
+
+    def map_gradients(self, points: Floats) -> Floats:
+        """F (m, q, 3, 2) at the quadrature points."""
+        gradients: Floats = np.einsum("mid,mqik->mqdk", points[self.triangles], self.gradients)
+        return gradients
+
+    def tensor(self, points: Floats) -> Floats:
+        """F^T F (m, q, 2, 2)."""
+        gradients = self.map_gradients(points)
+        tensor: Floats = np.einsum("mqdk,mqdl->mqkl", gradients, gradients)
+        return tensor
+
+    def energy(self, tensor: Floats) -> float:
+        """Mean square of the Green strain over the surface."""
+        strain = (tensor - np.eye(2)) / 2
+        total = np.einsum("mq,mqkl,mqkl->", self.weights, strain, strain)
+        return float(total / self.weights.sum())
+
+    def equations(self, points: Floats, frames: Floats) -> tuple[csc_array, Floats]:
+        """Gauss-Newton matrix (2n, 2n) and slope (2n,) for moves along the frames."""
+        from scipy.sparse import coo_array
+
+        gradients = self.map_gradients(points)
+        along = np.einsum("mqdk,midc->mqick", gradients, frames[self.triangles])
+        change = np.einsum("mqick,mqil->mqickl", along, self.gradients)
+        count, rule, width = self.gradients.shape[:3]
+        first, second = change[..., 0, 0], change[..., 1, 1]
+        mixed = (change[..., 0, 1] + change[..., 1, 0]) / np.sqrt(2)
+        rows = np.stack([first, second, mixed], axis=-1).reshape(count, rule, 2 * width, 3)
+        strain = (np.einsum("mqdk,mqdl->mqkl", gradients, gradients) - np.eye(2)) / 2
+        wanted = np.stack(
+            [strain[..., 0, 0], strain[..., 1, 1], np.sqrt(2) * strain[..., 0, 1]], axis=-1
+        )
+        weighted = rows * self.weights[..., None, None]
+        local = np.einsum("mqae,mqbe->mab", weighted, rows, optimize=True)
+        numbers = (2 * self.triangles[:, :, None] + np.arange(2)).reshape(count, -1)
+        size = 2 * len(points)
+        places = np.repeat(numbers, 2 * width, axis=1).ravel(), np.tile(numbers, 2 * width).ravel()
+        matrix = coo_array((local.ravel(), places), shape=(size, size)).tocsc()
+        slope = np.einsum("mqae,mqe->ma", weighted, wanted)
+        return matrix, np.bincount(numbers.ravel(), slope.ravel(), size).astype(float)
+
+
+def _metric(base: Surface) -> _Metric:
+    """Of the base, at one quadrature point of a flat triangle and six of a curved one."""
+    barycentric, weights = _rule(base.order)
+    jacobian = tangents(base.points, base.triangles, barycentric)
+    first = np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian)
+    lower = np.linalg.cholesky(first)
+    inward = np.swapaxes(np.linalg.inv(lower), -1, -2)
+    local = shape_gradients(barycentric, base.order)
+    gradients = np.einsum("qik,mqkl->mqil", local, inward)
+    measure = lower[..., 0, 0] * lower[..., 1, 1] * (weights / 2)
+    return _Metric(base.triangles, gradients, measure)
+
+
+def _rule(order: int) -> tuple[Floats, Floats]:
+    """Quadrature exact to degree 1 for flat and 4 for curved triangles (Dunavant 1985)."""
+    if order == 1:
+        return np.full((1, 3), 1 / 3), np.ones(1)
+    orbits = ((0.445948490915965, 0.223381589678011), (0.091576213509771, 0.109951743655322))
+    places = [np.roll([1 - 2 * b, b, b], k) for b, _ in orbits for k in range(3)]
+    weights = np.repeat([weight for _, weight in orbits], 3)
+    return np.array(places), weights / weights.sum()
+
+
+def _solve(matrix: csc_array, slope: Floats, damping: float) -> Floats:
+    """Move (n, 2) along the frames of a damped Gauss-Newton step."""
+    from scipy.sparse import diags_array
+    from scipy.sparse.linalg import splu
+
+    diagonal = matrix.diagonal()
+    held = diagonal <= 1e-12 * diagonal.mean()
+    damped = matrix + diags_array(damping * diagonal + held * diagonal.mean())
+    factors = splu(
+        damped.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    move: Floats = factors.solve(-slope).reshape(-1, 2)
+    return move
