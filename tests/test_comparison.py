@@ -57,15 +57,32 @@ def test_identical_fields_give_exactly_no_change(water):
         assert any("C06" in note for note in result.notes)
 
 
-def test_rigid_shift_is_reported(water):
-    """Oracle: symmetry. The same shape at another origin: the shift is found, and warned of."""
+@pytest.mark.parametrize("isometric", [True, False])
+def test_rigid_shift_is_taken_out(water, isometric):
+    """Oracle: symmetry. The same shape at another origin: the shift is found, and no change left."""
     base = water[0]
     shift = np.array([0.04, -0.02, 0.03])
-    result = small(base, replace(base, origin=base.origin + shift), 0.05)
-    np.testing.assert_allclose(result.motion.translation, shift, atol=2e-3)
-    np.testing.assert_allclose(result.motion.rotation, 0, atol=2e-3)
-    assert result.motion.share > 0.99
-    assert any("rigid motion" in note for note in result.notes)
+    there = replace(base, origin=base.origin + shift)
+    result = small(base, there, 0.05, isometric=isometric)
+    np.testing.assert_allclose(result.motion.translation, -shift, atol=1e-6)
+    assert result.alignment.share > 0.999
+    assert any("taken out" in note for note in result.notes)
+    assert np.sqrt((result.change**2).mean()) < 1e-6
+    np.testing.assert_allclose(
+        result.displacement, np.tile(shift, (len(result.change), 1)), atol=1e-5
+    )
+    surface = result.perturbed_in_place
+    assert np.abs(there.value(surface.points) / 0.05 - 1).max() < 1e-9
+
+
+def test_a_motion_that_is_not_taken_out_is_told(water):
+    """Oracle: symmetry. Without alignment, and along normals, a shift looks like change: warned."""
+    there = replace(water[0], origin=water[0].origin + [0.04, -0.02, 0.03])
+    result = small(water[0], there, 0.05, align=False, isometric=False)
+    assert result.motion.is_identity
+    assert result.alignment.share > 0.999
+    assert any("Align them" in note for note in result.notes)
+    assert np.sqrt((result.change**2).mean()) > 1e-3
 
 
 def test_a_local_dimple_is_found_where_it_is():
@@ -295,22 +312,3 @@ def test_progress_and_record(water):
     assert result.choices["interpolation"] == "logarithmic"
     assert result.choices["correspondence"] == "carried"
     assert len(result.choices["base"]["sha256"]) == 64
-
-
-def test_a_turn_that_nothing_shows_is_not_made_up():
-    """Oracle: symmetry. A dimpled half sphere may turn about its centre by any angle: none is told.
-
-    Rounding of the sampled sphere would else be fitted by a turn of 200 degrees.
-    """
-
-    def half(depth):
-        def value(p):
-            r = np.linalg.norm(p, axis=-1)
-            cosine = p[..., 2] / np.maximum(r, 1e-9)
-            return 1 - depth * np.exp(-2 * (1 - cosine) / 0.35**2) - r
-
-        return iv.ScalarField.from_function(value, ((-1.5, -1.5, 0), (1.5, 1.5, 1.5)), (31, 31, 16))
-
-    base = iv.marching_cubes(half(0.0), 0.0, vertices=300)
-    motion = iv.rigid_part(base, iv.carry(base, half(0.03), 0.0)[1].distance)
-    assert np.linalg.norm(motion.rotation) < np.radians(5)

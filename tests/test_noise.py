@@ -33,19 +33,3 @@ def test_unknown_nodes_do_not_dilute_the_floor(ellipsoid):
     np.testing.assert_allclose(floor[known], 0.2)
     assert known[ellipsoid.points[:, 2] <= 0].all()
     assert not known.all()
-
-
-def test_rigid_part_of_a_shift_and_a_turn():
-    """Oracle: analytic. The normal displacement (a + w x x) . n gives back a and w."""
-    field = ellipsoid_field((1.0, 1.4, 2.0))
-    ellipsoid = iv.marching_cubes(field, ELLIPSOID_ISOVALUE, vertices=200)
-    shift, turn = np.array([0.01, -0.02, 0.005]), np.array([0.02, -0.01, 0.03])
-    move = shift + np.cross(turn, ellipsoid.points)
-    distance = np.einsum("nd,nd->n", move, ellipsoid.normals)
-    motion = iv.rigid_part(ellipsoid, distance)
-    centre = ellipsoid.points.mean(axis=0)
-    np.testing.assert_allclose(motion.rotation, turn, atol=1e-6)
-    np.testing.assert_allclose(motion.translation, shift + np.cross(turn, centre), atol=1e-6)
-    assert motion.share == pytest.approx(1, abs=1e-9)
-    growth = iv.rigid_part(ellipsoid, np.full(len(ellipsoid.points), 0.01))
-    assert growth.share < 1e-2

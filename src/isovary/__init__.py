@@ -6,8 +6,8 @@ isosurface's intrinsic shape changed, and what of it is mesh noise, out.
 
 from importlib.metadata import version as _version
 
-from .alignment import RigidMotion, rigid_part
-from .carrying import carry
+from .alignment import Alignment, align
+from .carrying import carry, carry_isometrically
 from .clustering import k_medians
 from .comparison import Comparison, compare
 from .correspondence import closest_point, identity, interpolate, normal_rays
@@ -25,6 +25,7 @@ from .errors import (
 )
 from .geometry import Topology, rim_nodes, topology
 from .io import read_field, read_surface
+from .isometry import Distortion, distortion
 from .laplacian import (
     cotangent,
     differential_coordinates,
@@ -37,6 +38,7 @@ from .laplacian import (
     robust,
     uniform_graph,
 )
+from .level_sets import BlendedField, MovedField
 from .meshing import (
     better_interpolation,
     contour,
@@ -49,10 +51,11 @@ from .meshing import (
     principal_curvatures,
     uniform_sizing,
 )
-from .noise import noise_floor, sampling_floor
+from .noise import noise_floor, sampling_floor, truncation_floor
 from .projection import project
 from .quality import MeshQuality, mesh_quality
 from .records import Clusters, Correspondence, Eigenpairs, Laplacian, Surface
+from .rigid_motion import RigidMotion
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
 from .shapes import cylinder, disk, ellipsoid, hemisphere, icosphere, sheet, torus
@@ -75,12 +78,15 @@ from .spectrum import drop_cut_multiplet, eigenpairs
 __version__ = _version("isovary")
 
 __all__ = [
+    "Alignment",
     "ArgumentError",
+    "BlendedField",
     "ClusterError",
     "Clusters",
     "Comparison",
     "Correspondence",
     "CorrespondenceError",
+    "Distortion",
     "Eigenpairs",
     "FieldError",
     "FileError",
@@ -88,6 +94,7 @@ __all__ = [
     "Laplacian",
     "MeshError",
     "MeshQuality",
+    "MovedField",
     "RigidMotion",
     "RunError",
     "ScalarField",
@@ -95,8 +102,10 @@ __all__ = [
     "SpectrumError",
     "Surface",
     "Topology",
+    "align",
     "better_interpolation",
     "carry",
+    "carry_isometrically",
     "change_norm",
     "closest_point",
     "compare",
@@ -109,6 +118,7 @@ __all__ = [
     "diffusion_times",
     "disk",
     "distmesh",
+    "distortion",
     "drop_cut_multiplet",
     "eigenpairs",
     "ellipsoid",
@@ -141,7 +151,6 @@ __all__ = [
     "project",
     "read_field",
     "read_surface",
-    "rigid_part",
     "rim_distance",
     "rim_nodes",
     "robust",
@@ -153,6 +162,7 @@ __all__ = [
     "signature_kind",
     "topology",
     "torus",
+    "truncation_floor",
     "uniform_graph",
     "uniform_sizing",
     "wave_energies",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -10,24 +11,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .alignment import RigidMotion, rigid_part
+from .alignment import Alignment
+from .checks import check_fields, check_methods, check_numbers
 from .clustering import k_medians
 from .correspondence import closest_point, interpolate
 from .difference import change_norm
-from .errors import (
-    ArgumentError,
-    FieldError,
-    IsovaryError,
-)
+from .errors import ArgumentError, IsovaryError
 from .geometry import Bools, Floats, Topology, topology
+from .isometry import Distortion, distortion
 from .laplacian import fem
+from .level_sets import LevelSet, moved
 from .levels import (
     FIRST_VERTICES,
     WANTED_NOISE,
-    Level,
     Match,
     Progress,
+    Refinement,
+    Task,
     Walk,
+    aligned,
     fewest_vertices,
     make_level,
     refined_levels,
@@ -39,6 +41,7 @@ from .noise import SIGNIFICANCE, sampling_floor
 from .notes import noted_warnings, reader_notes
 from .quality import MeshQuality, mesh_quality
 from .records import Clusters, Correspondence, Eigenpairs, Surface
+from .rigid_motion import RigidMotion
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
 from .signature import heat_kernel_signature
@@ -59,7 +62,8 @@ class Comparison:
     isovalue : float
         Of both isosurfaces.
     base, perturbed : Surface
-        The two meshes: one connectivity if the base was carried.
+        The two meshes: one connectivity if the base was carried. The perturbed one is
+        aligned with the base; ``perturbed_in_place`` is where its field has it.
     base_pairs, perturbed_pairs : Eigenpairs
         The same number of pairs.
     methods : Methods
@@ -86,8 +90,12 @@ class Comparison:
         Of both isosurfaces.
     base_quality, perturbed_quality : MeshQuality
         How good the two meshes are.
+    alignment : Alignment
+        The rigid motion that brings the perturbed isosurface nearest to the base.
     motion : RigidMotion
-        Rigid part of the displacement.
+        The part of it that was applied: all, or nothing with ``align=False``.
+    distortion : Distortion
+        How much the correspondence stretches each triangle of the base; NaN without partners.
     notes : tuple of str
         What the reader must know, each with its code.
     choices : dict
@@ -114,7 +122,9 @@ class Comparison:
     topology: Topology
     base_quality: MeshQuality
     perturbed_quality: MeshQuality
+    alignment: Alignment
     motion: RigidMotion
+    distortion: Distortion
     notes: tuple[str, ...]
     choices: dict[str, object]
     timings: dict[str, float]
@@ -128,6 +138,22 @@ class Comparison:
     def columns(self) -> Floats:
         """Value (T,) of each column on the signature's axis: its time, energy, frequency..."""
         return self.methods.kind.columns(self.times)
+
+    @property
+    def perturbed_in_place(self) -> Surface:
+        """The perturbed surface in the coordinates of its own field."""
+        return self.motion.inverse.surface(self.perturbed)
+
+    @property
+    def partners(self) -> Floats:
+        """Each base node's corresponding point (n, 3), aligned with the base; NaN without one."""
+        return interpolate(self.correspondence, self.perturbed, self.perturbed.points)
+
+    @property
+    def displacement(self) -> Floats:
+        """From each base node to its corresponding point (n, 3), the rigid motion included."""
+        displacement: Floats = self.motion.inverse.apply(self.partners) - self.base.points
+        return displacement
 
     @property
     def rim_distance(self) -> Floats:
@@ -194,16 +220,22 @@ def compare(
     laplacian: Operator = fem,
     signature: Signature = heat_kernel_signature,
     correspondence: Match | None = None,
+    align: bool = True,
+    isometric: bool = True,
+    through: Sequence[ScalarField] = (),
+    accuracy: float | None = None,
+    noise_meshes: int = 1,
     rng: int = 7,
     progress: Progress | None = None,
 ) -> Comparison:
     """Intrinsic change of an isosurface between two fields: where, at which scale, how much.
 
-    The base isosurface is meshed with curved elements and carried onto the
-    perturbed one; the heat kernel signatures of both are compared node by node;
-    the whole is done on a coarser base mesh and with every other sample too,
-    which gives the noise floor; the nodes whose change exceeds twice that are
-    grouped.
+    The perturbed field is moved rigidly until its isosurface lies nearest to the base's.
+    The base isosurface is meshed with curved elements and carried onto the perturbed one
+    by the map that changes lengths least; the heat kernel signatures of both are compared
+    node by node; the whole is done on a coarser base mesh, with every other sample and
+    with fewer eigenpairs too, which gives the noise floor; the nodes whose change exceeds
+    twice that are grouped.
 
     Parameters
     ----------
@@ -212,8 +244,7 @@ def compare(
     isovalue : float
         In the fields' unit.
     vertices : int, optional
-        Vertices of the base mesh. By default the accuracy decides: 1 000,
-        doubled once if the noise floor of the mesh exceeds 5 % of the change.
+        Vertices of the base mesh. By default the accuracy decides.
     order : int
         2: curved quadratic elements; 1: flat linear ones, as in the thesis.
     pairs : int
@@ -235,6 +266,19 @@ def compare(
         By default the base mesh is carried along the perturbed field. A method of
         :mod:`isovary.correspondence`, such as :func:`isovary.normal_rays`, meshes
         the perturbed isosurface independently instead: the thesis's way.
+    align : bool
+        Take the best rigid motion out first. If not, it is told where it is large.
+    isometric : bool
+        Slide the carried mesh to the map that changes lengths least; if not, nodes stay
+        where their normals met the perturbed isosurface.
+    through : sequence of ScalarField
+        Members of the sweep between the two, in order: the mesh is carried from one to the
+        next. Without them a large step leads through blends of the two fields.
+    accuracy : float, optional
+        Noise of the mesh over change (rms) that is good enough: the base mesh is doubled
+        until then, up to 32 000 vertices. Default: 0.05, but at most 2 000 vertices.
+    noise_meshes : int
+        Coarser base meshes that make the noise floor; more make it surer.
     rng : int
         Seed of the grouping.
     progress : callable, optional
@@ -278,52 +322,52 @@ def compare(
     >>> len(result.base_pairs.values)  # 70 would cut the shell l = 8
     64
     """
-    _check_fields(base, perturbed, isovalue)
-    _check(vertices, order, pairs, times, groups)
+    check_fields(base, perturbed, isovalue, through)
+    check_numbers(vertices, order, pairs, times, groups, accuracy, noise_meshes)
     walk, methods = Walk(progress), Methods(laplacian, signature, mesher)
-    _check_methods(methods, correspondence)
-    with walk.stage("interpolation"):
-        base, perturbed, errors = _same_interpolation(base, perturbed, isovalue)
-    solve = partial(
-        make_level, base, perturbed, isovalue, order, pairs, correspondence, methods, walk
-    )
+    check_methods(methods, correspondence)
     with noted_warnings() as warned:
-        level, coarse, samples = refined_levels(solve, vertices, order, pairs, times, walk)
+        with walk.stage("interpolation"):
+            fields, errors = _same_interpolation((base, *through, perturbed), isovalue)
+        with walk.stage("alignment"):
+            alignment, members = _alignments(fields, isovalue, align)
+        task = Task(
+            fields[0],
+            fields[-1],
+            isovalue,
+            alignment.motion if align else RigidMotion(),
+            methods,
+            order,
+            pairs,
+            correspondence,
+            isometric,
+            members,
+        )
+        solved = refined_levels(
+            partial(make_level, task, walk),
+            task,
+            times,
+            walk,
+            vertices=vertices,
+            accuracy=accuracy,
+            noise_meshes=noise_meshes,
+        )
+    level, samples = solved.level, solved.samples
     with walk.stage("signatures and noise floor"):
         before, after, change = level.change(samples)
-        mesh_floor = level.noise_floor(coarse, samples)
         unit_area_change = level.change(samples, unit_area=True)[2]
+        floors = {"mesh": solved.noise_floor, "pairs": level.truncation_floor(samples)}
     with walk.stage("noise floor of the samples"), noted_warnings():
-        sample_floor = np.zeros_like(change)
-        if change.any():
-            sample_floor = _sample_floor(base, perturbed, isovalue, level, samples)
-        floor = np.hypot(mesh_floor, np.nan_to_num(sample_floor))
+        floors["samples"] = _sample_floor(task, solved) if change.any() else 0 * change
+        floor = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in floors.values()))
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
         clusters = _groups(change, floor, significant, groups, rng)
     with walk.stage("mesh quality"):
-        base_quality = mesh_quality(level.base, base, isovalue, sizing=methods.sizing)
-        perturbed_quality = mesh_quality(level.perturbed, perturbed, isovalue)
+        base_quality = mesh_quality(level.base, task.base, isovalue, sizing=methods.sizing)
+        in_place = task.motion.inverse.surface(level.perturbed)
+        perturbed_quality = mesh_quality(in_place, task.perturbed, isovalue)
     walk.finish()
-    choices: dict[str, object] = {
-        **_fields_said(base, perturbed),
-        "interpolation_errors_at_half_resolution": errors,
-        "mesher": method_name(mesher),
-        "vertices": "by accuracy" if vertices is None else vertices,
-        "order": order,
-        "laplacian": method_name(laplacian),
-        "signature": method_name(signature),
-        "pairs": pairs,
-        "times": times,
-        "scaling": methods.scaling,
-        "correspondence": "carried" if correspondence is None else method_name(correspondence),
-        "noise_floor_vertices": coarse.vertices,
-        "noise_of_the_mesh": relative_rms(mesh_floor, change),
-        "noise_of_the_samples": relative_rms(sample_floor, change),
-        "clustering": "k_medians",
-        "groups": groups,
-        "seed": rng,
-    }
     result = Comparison(
         isovalue=isovalue,
         base=level.base,
@@ -343,92 +387,58 @@ def compare(
         topology=topology(level.base.triangles),
         base_quality=base_quality,
         perturbed_quality=perturbed_quality,
-        motion=rigid_part(level.base, level.correspondence.distance),
+        alignment=alignment,
+        motion=task.motion,
+        distortion=distortion(level.base, level.partners),
         notes=(),
-        choices=choices,
+        choices={
+            **_fields_said(fields),
+            "interpolation_errors_at_half_resolution": errors,
+            "mesher": method_name(mesher),
+            "vertices": "by accuracy" if vertices is None else vertices,
+            "accuracy": WANTED_NOISE if accuracy is None else accuracy,
+            "refinement": [{"vertices": n, "relative_noise": r} for n, r in solved.history],
+            "order": order,
+            "laplacian": method_name(laplacian),
+            "signature": method_name(signature),
+            "pairs": pairs,
+            "times": times,
+            "scaling": methods.scaling,
+            "alignment": "rigid" if align else "off",
+            "correspondence": "carried" if correspondence is None else method_name(correspondence),
+            "carrying": "isometric" if isometric else "along normals",
+            "noise_floor_vertices": [coarse.vertices for coarse in solved.coarse],
+            **{f"noise_of_the_{k}": relative_rms(part, change) for k, part in floors.items()},
+            "clustering": "k_medians",
+            "groups": groups,
+            "seed": rng,
+        },
         timings=walk.timings,
     )
     others = (text for text in warned if not text.endswith("[M14]"))  # reader_notes tells it
-    return replace(result, notes=(*reader_notes(result, WANTED_NOISE), *others))
+    return replace(result, notes=(*reader_notes(result, accuracy or WANTED_NOISE), *others))
 
 
-def _check_fields(base: ScalarField, perturbed: ScalarField, isovalue: float) -> None:
-    """Both are fields that take the isovalue; an error tells which is not."""
-    for name, field in (("base", base), ("perturbed", perturbed)):
-        if not isinstance(field, ScalarField):
-            raise ArgumentError(
-                "A03",
-                f"{name}: expected a ScalarField, got {type(field).__name__}; read files with "
-                "read_field, make arrays into ScalarField(values, spacing=..., origin=...)",
-            )
-        try:
-            field.check_isovalue(isovalue)
-        except FieldError as error:
-            raise FieldError(error.code, f"{name} field: {error.message}") from None
+def _alignments(
+    fields: Sequence[ScalarField], isovalue: float, align: bool
+) -> tuple[Alignment, tuple[LevelSet, ...]]:
+    """How the last field is aligned with the first, and those between, aligned if asked for."""
+    alignments = aligned(fields, isovalue)
+    between = zip(fields[1:-1], alignments[:-1], strict=True)
+    members = (moved(member, at.motion) if align else member for member, at in between)
+    return alignments[-1], tuple(members)
 
 
-def _check(vertices: int | None, order: int, pairs: int, times: int, groups: int) -> None:
-    """Values that would fail only after minutes of work fail now."""
-    bounds = {"pairs": (pairs, 10), "times": (times, 2), "groups": (groups, 1)}
-    for name, (value, least) in bounds.items():
-        if value < least:
-            raise ArgumentError("A02", f"{name}: expected at least {least}, got {value}")
-    if order not in (1, 2):
-        raise ArgumentError("A02", f"order: expected 1 or 2, got {order}")
-    least = 13 * fewest_vertices(order, pairs) // 10
-    if vertices is not None and vertices < least:
-        raise ArgumentError(
-            "M09",
-            f"vertices: expected at least {least} for {pairs} eigenpairs on this mesh and on the "
-            f"coarser one of the noise floor, got {vertices}; ask for more, or for fewer pairs",
-        )
-
-
-def _check_methods(methods: Methods, correspondence: Match | None) -> None:
-    """Methods are functions, and see what a carried mesh changes."""
-    for name, method in (
-        ("mesher", methods.mesher),
-        ("laplacian", methods.laplacian),
-        ("signature", methods.signature),
-        ("correspondence", correspondence),
-    ):
-        if method is not None and not callable(method):
-            raise ArgumentError(
-                "A03",
-                f"{name}: expected a function such as isovary.{_EXAMPLES[name]}, got {method!r}",
-            )
-    own = sorted({"vertices", "order"} & set(getattr(methods.mesher, "keywords", {})))
-    if own:
-        raise ArgumentError(
-            "A02",
-            f"mesher: expected one without {', '.join(own)} of its own, got "
-            f"{method_name(methods.mesher)}; give them to compare",
-        )
-    if correspondence is None and not methods.sees_lengths:
-        raise ArgumentError(
-            "A02",
-            "laplacian: expected an operator that sees lengths for a carried mesh, got "
-            "uniform_graph, which sees only its edges, the same on both surfaces; use "
-            "correspondence=normal_rays (--correspondence normal-rays), or another operator",
-        )
-
-
-_EXAMPLES = {
-    "mesher": "distmesh",
-    "laplacian": "cotangent",
-    "signature": "wave_kernel_signature",
-    "correspondence": "normal_rays",
-}
-
-
-def _fields_said(base: ScalarField, perturbed: ScalarField) -> dict[str, object]:
-    """What the record of choices says of the two fields."""
-    return {
+def _fields_said(fields: Sequence[ScalarField]) -> dict[str, object]:
+    """What the record of choices says of the fields."""
+    base, *through, perturbed = fields
+    said: dict[str, object] = {
         "field": base.name,
         "base": field_facts(base),
         "perturbed": field_facts(perturbed),
         "interpolation": "logarithmic" if base.logarithmic else "plain",
     }
+    return said | ({"through": [field_facts(member) for member in through]} if through else {})
 
 
 def field_facts(field: ScalarField) -> dict[str, object]:
@@ -443,42 +453,41 @@ def field_facts(field: ScalarField) -> dict[str, object]:
 
 
 def _same_interpolation(
-    base: ScalarField, perturbed: ScalarField, isovalue: float
-) -> tuple[ScalarField, ScalarField, dict[str, float]]:
-    """Both fields with the interpolation that serves the base better, and the measured errors.
+    fields: Sequence[ScalarField], isovalue: float
+) -> tuple[list[ScalarField], dict[str, float]]:
+    """The fields with the interpolation that serves the base better, and its measured errors.
 
     A base that is logarithmic already stays so.
     """
+    base = fields[0]
     chosen = base if base.logarithmic else better_interpolation(base, isovalue)
-    logarithmic = chosen.logarithmic and bool(perturbed.values.min() > 0)
-    base, perturbed = (replace(field, logarithmic=logarithmic) for field in (base, perturbed))
-    return base, perturbed, interpolation_errors(base, isovalue)
+    logarithmic = chosen.logarithmic and all(field.values.min() > 0 for field in fields)
+    same = [replace(field, logarithmic=logarithmic) for field in fields]
+    return same, interpolation_errors(same[0], isovalue)
 
 
-def _sample_floor(
-    base: ScalarField,
-    perturbed: ScalarField,
-    isovalue: float,
-    level: Level,
-    samples: Floats,
-) -> Floats:
+def _sample_floor(task: Task, solved: Refinement) -> Floats:
     """Noise floor of the samples at the base's nodes; NaN throughout if it cannot be told."""
+    level, methods = solved.level, task.methods
     pairs = len(level.base_pairs.values)
     vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
     try:
-        mesh = level.methods.mesher(base, isovalue, vertices=vertices)
+        mesh = methods.mesher(task.base, task.isovalue, vertices=vertices)
         floor = sampling_floor(
             mesh,
-            base,
-            perturbed,
-            isovalue,
+            task.base,
+            task.perturbed,
+            task.isovalue,
             pairs,
-            samples,
-            laplacian=level.methods.laplacian,
-            signature=level.methods.signature,
+            solved.samples,
+            motion=task.motion,
+            isometric=task.isometric,
+            laplacian=methods.laplacian,
+            signature=methods.signature,
         )
     except IsovaryError:
-        return np.full((len(level.base.points), len(level.methods.kind.columns(samples))), np.nan)
+        columns = len(methods.kind.columns(solved.samples))
+        return np.full((len(level.base.points), columns), np.nan)
     return interpolate(closest_point(level.base, mesh), mesh, floor)
 
 

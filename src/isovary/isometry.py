@@ -89,23 +89,29 @@ def distortion(base: Surface, points: Floats) -> Distortion:
     ----------
     base : Surface
     points : array (n, 3)
-        Where the base's nodes go.
+        Where the base's nodes go; NaN where unknown.
 
     Returns
     -------
     Distortion
+        NaN for triangles at nodes whose place is unknown.
 
     Notes
     -----
     Cost: linear in the number of triangles, 10 ms for 2 000 of six nodes.
     """
     metric = _metric(base)
-    tensor = metric.tensor(points)
     areas = metric.weights.sum(axis=1)
-    mean = np.einsum("mq,mqkl->mkl", metric.weights, tensor) / areas[:, None, None]
+    known = np.isfinite(points[base.triangles]).all(axis=(1, 2))
+    stretches = np.full((len(areas), 2), np.nan)
+    if not known.any():
+        return Distortion(stretches, areas, float("nan"))
+    part = _Metric(base.triangles[known], metric.gradients[known], metric.weights[known])
+    tensor = part.tensor(points)
+    mean = np.einsum("mq,mqkl->mkl", part.weights, tensor) / areas[known, None, None]
     squares = np.linalg.eigvalsh(mean)[:, ::-1]
-    stretches = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
-    return Distortion(stretches, areas, float(np.sqrt(metric.energy(tensor))))
+    stretches[known] = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
+    return Distortion(stretches, areas, float(np.sqrt(part.energy(tensor))))
 
 
 class Landing(NamedTuple):

@@ -147,3 +147,8 @@ class BlendedField:
         level: Floats = np.sum([weight * value for weight, value, _ in mixed], axis=0)
         slope: Floats = np.sum([weight * gradient for weight, _, gradient in mixed], axis=0)
         return level, slope
+
+
+def moved(field: LevelSet, motion: RigidMotion) -> LevelSet:
+    """The field carried along by a motion; the field itself where nothing moves."""
+    return field if motion.is_identity else MovedField(field, motion)

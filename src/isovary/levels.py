@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
-from .carrying import carry
+from .alignment import Alignment, align
 from .correspondence import identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError
 from .geometry import Floats, edges_of, topology
+from .level_sets import LevelSet, moved
 from .meshing import contour
 from .methods import Methods
-from .noise import noise_floor
+from .noise import carried, combined_floor, noise_floor, truncation_floor
 from .notes import noted_warnings
+from .projection import outward_normals, project
 from .records import Correspondence, Eigenpairs, Surface
+from .rigid_motion import RigidMotion
 from .scalar_field import ScalarField
 from .spectrum import drop_cut_multiplet, eigenpairs, first_pairs, with_spare
 
@@ -33,16 +36,44 @@ FIRST_VERTICES = {1: 1000, 2: 500}
 """Vertices of the coarser of the first two meshes, by order."""
 
 WANTED_NOISE = 0.05
-"""Part of the change that the noise floor should not exceed."""
+"""Part of the change that the noise floor should not exceed, if nothing else is asked for."""
 
 _MOST_VERTICES = 2000
+_MOST_VERTICES_ASKED = 32_000
 _COARSER = 0.8  # vertices of the coarser mesh over the finer's, at most
 _COVERAGE_LIMIT = 0.5
+_FEWER_PAIRS = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """What is compared and how, the same on every mesh.
+
+    ``motion`` brings the perturbed field onto the base; ``through`` are fields of members
+    between the two, aligned with the base. ``match`` is None where the mesh is carried,
+    isometrically or along its normals.
+    """
+
+    base: ScalarField
+    perturbed: ScalarField
+    isovalue: float
+    motion: RigidMotion
+    methods: Methods
+    order: int = 2
+    pairs: int = 300
+    match: Match | None = None
+    isometric: bool = True
+    through: Sequence[LevelSet] = ()
+
+    @property
+    def path(self) -> list[LevelSet]:
+        """The fields that a mesh is carried through, from the base to the perturbed one."""
+        return [self.base, *self.through, moved(self.perturbed, self.motion)]
 
 
 @dataclass(frozen=True, eq=False)
 class Level:
-    """One comparison on one base mesh."""
+    """One comparison on one base mesh; the perturbed surface is aligned with it."""
 
     base: Surface
     perturbed: Surface
@@ -72,11 +103,30 @@ class Level:
         scale = self.methods.scale(self.base, self.base_pairs, before, samples)
         return before, after, signature_difference(before, after, scale)
 
+    @property
+    def partners(self) -> Floats:
+        """Each base node's corresponding point (n, 3); NaN without one."""
+        return interpolate(self.correspondence, self.perturbed, self.perturbed.points)
+
     def noise_floor(self, coarse: Level, samples: Floats) -> Floats:
         """Numerical error (n, T) of the change, from the same on a coarser mesh."""
         change, there = (level.change(samples)[2] for level in (self, coarse))
         order = self.methods.order(self.base)
         return noise_floor(self.base, change, coarse.base, there, order=order)
+
+    def truncation_floor(self, samples: Floats) -> Floats:
+        """Error (n, T) of the change by the pairs left out; 0 but for the heat kernel's."""
+        change = self.change(samples)[2]
+        if not self.methods.is_heat:
+            return np.zeros_like(change)
+        count = int(_FEWER_PAIRS * len(self.base_pairs.values))
+        fewer = replace(
+            self,
+            base_pairs=self.base_pairs.truncate(count),
+            perturbed_pairs=self.perturbed_pairs.truncate(count),
+        )
+        last = self.base_pairs.values[[count - 1, -1]]
+        return truncation_floor(self.base, change, fewer.change(samples)[2], last, samples)
 
 
 class Walk:
@@ -106,62 +156,92 @@ def fewest_vertices(order: int, pairs: int) -> int:
     return int(np.ceil(1.25 * pairs / (1 if order == 1 else 4)))
 
 
+@dataclass(frozen=True, eq=False)
+class Refinement:
+    """The finest level, coarser ones for its noise floor, and what it took.
+
+    ``history`` has a row for each mesh: its vertices, and the noise of its change relative to
+    it, NaN for the first.
+    """
+
+    level: Level
+    coarse: tuple[Level, ...]
+    samples: Floats
+    history: tuple[tuple[int, float], ...]
+
+    @property
+    def noise_floor(self) -> Floats:
+        """Numerical error (n, T) from the meshes, the root mean square over the coarser ones."""
+        return combined_floor(
+            [self.level.noise_floor(coarse, self.samples) for coarse in self.coarse]
+        )
+
+
 def refined_levels(
     solve: Callable[[int], Level],
-    vertices: int | None,
-    order: int,
-    pairs: int,
+    task: Task,
     times: int,
     walk: Walk,
-) -> tuple[Level, Level, Floats]:
-    """A level, the one with half its vertices, and the samples; finer until the noise is small."""
+    *,
+    vertices: int | None = None,
+    accuracy: float | None = None,
+    noise_meshes: int = 1,
+) -> Refinement:
+    """A level, coarser ones of about half its vertices, and the samples; finer until accurate."""
+    fewest = fewest_vertices(task.order, task.pairs)
     if vertices is None:
-        size = max(FIRST_VERTICES[order], 2 * fewest_vertices(order, pairs))
+        size = max(FIRST_VERTICES[task.order], 2 * fewest)
     else:
-        size = max(vertices // 2, fewest_vertices(order, pairs))
-    walk.expected = float(3 * size)
+        size = max(vertices // 2, fewest)
+    walk.expected = float((2 + noise_meshes) * size)
     with noted_warnings():  # those of the finer mesh are enough
         coarse = solve(size)
     level = solve(2 * size if vertices is None else vertices)
     if coarse.vertices > _COARSER * level.vertices:  # the surface took more than were asked for
         level = solve(2 * coarse.vertices)
+    most = _MOST_VERTICES if accuracy is None else _MOST_VERTICES_ASKED
+    history: tuple[tuple[int, float], ...] = ((coarse.vertices, float("nan")),)
     while True:
-        samples = level.samples(times)
-        if vertices is not None or 4 * size > _MOST_VERTICES:
-            return level, coarse, samples
-        floor = level.noise_floor(coarse, samples)
-        if relative_rms(floor, level.change(samples)[2]) <= WANTED_NOISE:
-            return level, coarse, samples
+        found = Refinement(level, (coarse,), level.samples(times), history)
+        noise = relative_rms(found.noise_floor, level.change(found.samples)[2])
+        history += ((level.vertices, noise),)
+        wanted = WANTED_NOISE if accuracy is None else accuracy
+        if vertices is not None or 4 * size > most or noise <= wanted:
+            break
         size *= 2
         walk.expected += 2 * size
         coarse, level = level, solve(2 * size)
+    with noted_warnings():
+        more = [solve(int(coarse.vertices * (1 + 0.06 * k))) for k in range(1, noise_meshes)]
+    return replace(found, coarse=(coarse, *more), history=history)
 
 
-def make_level(
-    base: ScalarField,
-    perturbed: ScalarField,
-    isovalue: float,
-    order: int,
-    pairs: int,
-    match: Match | None,
-    methods: Methods,
-    walk: Walk,
-    vertices: int,
-) -> Level:
+def aligned(fields: Sequence[ScalarField], isovalue: float) -> list[Alignment]:
+    """How each field but the first is brought onto the first."""
+    rough = [contour(field, isovalue) for field in fields]
+    points = project(rough[0].points, fields[0], isovalue)
+    base = Surface(points, rough[0].triangles, outward_normals(points, fields[0], isovalue))
+    return [
+        align(base, mesh, field, isovalue)
+        for mesh, field in zip(rough[1:], fields[1:], strict=True)
+    ]
+
+
+def make_level(task: Task, walk: Walk, vertices: int) -> Level:
     """Both surfaces, matched, with their eigenpairs, on a base mesh of so many vertices."""
-    mesh = partial(methods.mesher, vertices=vertices, order=order)
+    methods, match = task.methods, task.match
+    mesh = partial(methods.mesher, vertices=vertices, order=task.order)
     with walk.stage("meshing"):
-        surface = mesh(base, isovalue)
-        other = None if match is None else mesh(perturbed, isovalue)
+        surface = mesh(task.base, task.isovalue)
+        other = None if match is None else mesh(task.perturbed, task.isovalue)
     with walk.stage("correspondence"):
-        i, j = edges_of(surface.corners)[0].T
-        edge = float(np.median(np.linalg.norm(surface.points[i] - surface.points[j], axis=1)))
-        _check_topology(surface, other or contour(perturbed, isovalue, resolution=edge))
+        _check_topology(surface, other or _contour(task, surface))
         if other is None or match is None:
-            other, partners = carry(surface, perturbed, isovalue)
+            other, partners = carried(surface, task.path, task.isovalue, task.isometric)
         elif np.array_equal(surface.points, other.points):
             partners = identity(surface, other)  # equal fields: no search, no rounding
         else:
+            other = task.motion.surface(other)
             partners = match(surface, other)
     if partners.found.mean() < _COVERAGE_LIMIT:
         raise CorrespondenceError(
@@ -171,14 +251,13 @@ def make_level(
         )
     with walk.stage("eigenpairs of the base", vertices / 2):
         operator = methods.laplacian(surface)
-        asked = with_spare(pairs, len(operator.unknowns)) if match is None else pairs
+        asked = with_spare(task.pairs, len(operator.unknowns)) if match is None else task.pairs
         more = eigenpairs(operator, asked)
-        first = drop_cut_multiplet(first_pairs(more, pairs))
+        first = drop_cut_multiplet(first_pairs(more, task.pairs))
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
         count = len(first.values)
-        same = np.array_equal(surface.points, other.points)
         start = more if match is None else None  # carried: the same nodes
-        if same:
+        if np.array_equal(surface.points, other.points):
             second = first
         else:
             second = eigenpairs(methods.laplacian(other), count, start=start).truncate(count)
@@ -191,6 +270,13 @@ def relative_rms(floor: Floats, change: Floats) -> float:
     if size == 0 or not np.isfinite(floor).any():
         return 0.0 if size == 0 else float("nan")
     return float(np.sqrt(np.nanmean(floor**2))) / size
+
+
+def _contour(task: Task, surface: Surface) -> Surface:
+    """The perturbed isosurface as fine as the base's mesh."""
+    i, j = edges_of(surface.corners)[0].T
+    edge = float(np.median(np.linalg.norm(surface.points[i] - surface.points[j], axis=1)))
+    return contour(task.perturbed, task.isovalue, resolution=edge)
 
 
 def _check_topology(base: Surface, perturbed: Surface) -> None:

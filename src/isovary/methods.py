@@ -74,7 +74,7 @@ class Methods:
         others. (Energies and eigenpairs may have nothing to do with a component.)
         """
         parts = node_components(surface.triangles) * self.by_component
-        if parts.max() == 0 and self._is_heat:
+        if parts.max() == 0 and self.is_heat:
             return heat_trace_scale(pairs, samples)
         areas = node_areas(surface.points, surface.triangles)
         means = [
@@ -86,7 +86,7 @@ class Methods:
     def scaling(self) -> str:
         """What the change is divided by, in words."""
         whose = "of each component" if self.by_component else "of the whole surface"
-        if self._is_heat:
+        if self.is_heat:
             return f"base heat trace per unit area, {whose}"
         return f"mean size of the base's signature, {whose}"
 
@@ -99,7 +99,8 @@ class Methods:
         return self.kind.per_time and not self.fixed
 
     @property
-    def _is_heat(self) -> bool:
+    def is_heat(self) -> bool:
+        """Whether the signature is the heat kernel's."""
         return _function(self.signature) is heat_kernel_signature
 
     @property

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .carrying import carry
+from .carrying import carry, carry_isometrically
 from .correspondence import closest_point, interpolate
 from .difference import signature_difference
 from .geometry import EDGES, Floats, linear_triangles
 from .laplacian import fem
+from .level_sets import LevelSet, moved
 from .meshing import interpolation_errors
 from .methods import Methods, Operator, Signature
-from .records import Surface
+from .records import Correspondence, Surface
+from .rigid_motion import RigidMotion
 from .scalar_field import ScalarField
 from .signature import heat_kernel_signature
 from .spectrum import eigenpairs, with_spare
@@ -92,6 +96,8 @@ def sampling_floor(
     pairs: int,
     times: Floats,
     *,
+    motion: RigidMotion | None = None,
+    isometric: bool = True,
     laplacian: Operator = fem,
     signature: Signature = heat_kernel_signature,
 ) -> Floats:
@@ -117,6 +123,10 @@ def sampling_floor(
         Eigenpairs; a count that cuts no multiplet.
     times : array (T,)
         Diffusion times, or what else the signature is sampled at.
+    motion : RigidMotion, optional
+        Brings the perturbed field onto the base. Default: none.
+    isometric : bool
+        Carried isometrically, or along the normals.
     laplacian, signature : callable
         As in :func:`isovary.compare`.
 
@@ -149,12 +159,74 @@ def sampling_floor(
     True
     """
     change = partial(
-        _carried_change, surface, isovalue, pairs, times, Methods(laplacian, signature)
+        _carried_change, surface, isovalue, pairs, times, Methods(laplacian, signature), isometric
     )
-    all_samples = change(base, perturbed)
-    half_samples = change(_every_other(base), _every_other(perturbed))
+    motion = motion or RigidMotion()
+    all_samples = change(base, moved(perturbed, motion))
+    half_samples = change(_every_other(base), moved(_every_other(perturbed), motion))
     gain = min(_gain(base, isovalue), _gain(perturbed, isovalue))
     return _local_rms(surface, half_samples - all_samples) / (gain - 1)
+
+
+def carried(
+    surface: Surface, fields: Sequence[LevelSet], isovalue: float, isometric: bool
+) -> tuple[Surface, Correspondence]:
+    """The mesh on the isosurface of the last field: isometrically, or straight along normals."""
+    if isometric:
+        return carry_isometrically(surface, fields, isovalue)
+    return carry(surface, fields[-1], isovalue)
+
+
+def truncation_floor(
+    surface: Surface, change: Floats, fewer: Floats, last: ArrayLike, times: ArrayLike
+) -> Floats:
+    """Error of a change by the eigenpairs that were left out, from leaving out some more.
+
+    By Weyl's law eigenvalues have a constant density, so the heat trace beyond an eigenvalue m
+    is in proportion to exp(-m t). Between m' and m lies the part exp(-m' t) - exp(-m t), and the
+    difference of the two changes shows what it does; what lies beyond m is
+    1 / (exp((m - m') t) - 1) times as much. Its local root mean square is taken as in
+    :func:`noise_floor`.
+
+    Parameters
+    ----------
+    surface : Surface
+        With n nodes.
+    change, fewer : array (n, T)
+        With all pairs, and with fewer.
+    last : array (2,)
+        The last eigenvalues m' and m of the two.
+    times : array (T,)
+        Diffusion times; length^2.
+
+    Returns
+    -------
+    array (n, T)
+        In the change's unit.
+
+    References
+    ----------
+    H. Weyl, Math. Ann. 71 (1912) 441-479.
+
+    Examples
+    --------
+    Where m - m' = ln 2 / t as much lies beyond m as between m' and m:
+
+    >>> from isovary.shapes import icosphere
+    >>> here = np.ones((162, 1))
+    >>> floor = truncation_floor(icosphere(1), here, here - 0.25, [1, 1 + np.log(2)], [1.0])
+    >>> float(floor.min().round(9)), float(floor.max().round(9))
+    (0.25, 0.25)
+    """
+    beyond = 1 / np.expm1(np.diff(last) * np.asarray(times))
+    floor: Floats = _local_rms(surface, change - fewer) * beyond
+    return floor
+
+
+def combined_floor(floors: Sequence[Floats]) -> Floats:
+    """Root of the mean square of several floors (n, T) of one error."""
+    mean: Floats = np.sqrt(np.mean(np.square(floors), axis=0))
+    return mean
 
 
 def _every_other(field: ScalarField) -> ScalarField:
@@ -176,12 +248,13 @@ def _carried_change(
     pairs: int,
     samples: Floats,
     methods: Methods,
+    isometric: bool,
     base: ScalarField,
-    perturbed: ScalarField,
+    perturbed: LevelSet,
 ) -> Floats:
     """The change between two fields on one mesh carried to both; NaN where a node is lost."""
     first, at_first = carry(surface, base, isovalue)
-    second, at_second = carry(surface, perturbed, isovalue)
+    second, at_second = carried(first, [base, perturbed], isovalue, isometric)
     known = at_first.found & at_second.found
     operator = methods.laplacian(first)
     more = eigenpairs(operator, with_spare(pairs, len(operator.unknowns)))

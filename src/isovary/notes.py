@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .errors import IsovaryError
+from .geometry import Floats
 
 if TYPE_CHECKING:
     from .comparison import Comparison
@@ -89,15 +90,27 @@ def _methods(result: Comparison) -> Iterator[str]:
 
 
 def _motion(result: Comparison) -> Iterator[str]:
-    if result.motion.share > _RIGID_SHARE:
-        shift = np.linalg.norm(result.motion.translation)
-        turn = np.degrees(np.linalg.norm(result.motion.rotation))
+    found = result.alignment
+    if found.share <= _RIGID_SHARE:
+        return
+    shift, motion = float(np.linalg.norm(shift_of(result))), found.motion
+    said = f"shift {shift:.3g}, turn {motion.angle:.2g} degrees"
+    said += ", and a mirror" if motion.mirrored else ""
+    explains = f"A rigid motion ({said}) explains {found.share:.0%} of the squared distance"
+    if result.choices["alignment"] == "rigid":
+        yield f"{explains} between the two isosurfaces; it was taken out first."
+    else:
         yield (
-            f"A rigid motion (shift {shift:.3g}, turn {turn:.2g} degrees) explains "
-            f"{result.motion.share:.0%} of the squared displacement. A rigid motion changes no "
-            "intrinsic shape, but along normals it slides corresponding points: part of the change "
-            "may be false. If the two runs do not share one frame of reference, align them first."
+            f"{explains} between the two isosurfaces. It changes no intrinsic shape, but along "
+            "normals it slides corresponding points: part of the change may be false. Align them."
         )
+
+
+def shift_of(result: Comparison) -> Floats:
+    """How far the motion that brings the perturbed onto the base moves the base's centre (3,)."""
+    centre = result.base.points.mean(axis=0)
+    shift: Floats = centre - result.alignment.motion.inverse.apply(centre)
+    return shift
 
 
 def _noise(result: Comparison, wanted: float) -> Iterator[str]:

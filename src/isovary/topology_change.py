@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import combinations
+from itertools import pairwise, product
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -29,11 +29,17 @@ ISLAND = "a component appears or vanishes"
 BOX = "the surface meets the box"
 
 _HALVINGS = 10
-_SEEDS = 12  # of each kind, on each surface
+_FLATTEST = 12  # points of each contour to start from
+_MOST_STARTS = 300
+_NEAR_BOX = 2.0  # cells
 _NEWTON = 40
 _ARRIVED = 1e-9  # cells
+_LEVEL = 1e-7  # of a cell's bend: a slope that no curvature explains is not critical
 _ASTRAY = 4.0  # cells from its seed: another point's business
+_UNBENT = 1e-9  # of the largest curvature: none
+_NOISE = 10.0  # rounding errors in a difference of samples
 _ROUNDS = 3  # of the secant, before the interval is given up
+_JUMP = 1e-6  # of the values at the ends
 _NOTHING = Topology(0, 0, 0, 0)
 
 
@@ -94,7 +100,7 @@ class _Tracked:
 
     family: Family
     critical: _Critical
-    known: dict[float, float] = field(default_factory=dict)
+    known: dict[float, tuple[_Critical, float]] = field(default_factory=dict)
 
     def level(self, parameter: float) -> float:
         """Value at the critical point; :class:`_LostError` if there is none near the last one."""
@@ -105,8 +111,10 @@ class _Tracked:
             if not arrived[0]:
                 raise _LostError
             self.critical = replace(start, point=points[0])
-            self.known[parameter] = float(scalar.level_set(points, isovalue)[0][0])
-        return self.known[parameter]
+            level = float(scalar.level_set(points, isovalue)[0][0])
+            self.known[parameter] = self.critical, level
+        self.critical, value = self.known[parameter]
+        return value
 
 
 class _LostError(Exception):
@@ -130,7 +138,8 @@ def topology_change(
     found by Newton steps from where the two contours differ, followed along s, and
     F(x(s), s) - v(s) = 0 is solved by Brent's method. The solution must lie as near to the
     bracket as the grid can err: by the change of the field within a cell of the critical point.
-    Where no such point is found the result is the bracket's middle, and says so.
+    Where no such point is found between ``low`` and ``high`` the result is the bracket's middle,
+    and says so.
 
     Parameters
     ----------
@@ -183,7 +192,7 @@ def topology_change(
         raise ArgumentError("A02", f"tolerance: expected positive, got {tolerance}")
     tell = progress or (lambda stage, done: None)
     tell("bisection", 0.0)
-    first, last = _state(family, low), _state(family, high)
+    first, last = _state(family, float(low)), _state(family, float(high))
     if first.topology == last.topology:
         raise ArgumentError(
             "A02",
@@ -196,7 +205,7 @@ def topology_change(
         first, last = _halved(family, first, last)
         tell("bisection", 0.7 * (done + 1) / halvings)
     tell("critical point", 0.7)
-    found = _refined(family, first, last, (low, high))
+    found = _refined(family, first, last, (float(low), float(high)))
     tell("done", 1.0)
     return found
 
@@ -225,8 +234,9 @@ def _refined(
     bracket = first.parameter, last.parameter
     middle = (bracket[0] + bracket[1]) / 2
     scalar, isovalue = family(middle)
+    ready = {state.parameter: (state.field, state.isovalue) for state in (first, last)}
     for critical in _candidates(scalar, isovalue, first, last):
-        tracked = _Tracked(family, critical)
+        tracked = _Tracked(lambda s: ready[s] if s in ready else family(s), critical)
         slack = _hidden(scalar, critical)
         try:
             parameter = _solved(tracked, bracket, limits, slack)
@@ -249,45 +259,24 @@ def _candidates(
 ) -> list[_Critical]:
     """Critical points near the contours' difference, the likeliest first.
 
-    The level at the point, in units of what the grid can hide, decides, but points that would
-    change the Euler characteristic the other way come last.
+    The level at the point, in units of what the grid can hide, decides. Points that would
+    change the Euler characteristic the other way are left out.
     """
-    low, high = scalar.bounds
-    seeds = _seeds(first, last)
     rims = first.topology.boundary_loops != last.topology.boundary_loops
-    starts = list(_starts(seeds, low, high, 2 * scalar.spacing) if rims else _free(seeds))
-    if not starts:
-        return []
-    points, arrived = _to_critical(
-        scalar, np.array([s.point for s in starts]), np.array([s.held for s in starts])
-    )
+    starts, held = _starts(scalar, _seeds(first, last), rims)
+    points, arrived = _to_critical(scalar, starts, held)
     found: list[_Critical] = []
-    for start, point, good in zip(starts, points, arrived, strict=True):
-        critical = replace(start, point=point)
-        if good and not any(_equal(critical, other, scalar.spacing) for other in found):
+    for point, fixed in zip(points[arrived], held[arrived], strict=True):
+        critical = _Critical(point, fixed)
+        known = any(_equal(critical, other, scalar.spacing) for other in found)
+        if not known and (rims or _right_way(scalar, critical, first, last)):
             found.append(critical)
-    order = []
-    for critical in found:
-        level = abs(float(scalar.level_set(critical.point[None], isovalue)[0][0]))
-        wrong = not rims and not _right_way(scalar, critical, first, last)
-        order.append((wrong, level / _hidden(scalar, critical)))
-    return [found[i] for i in sorted(range(len(found)), key=order.__getitem__)]
 
+    def unlikely(critical: _Critical) -> float:
+        level = float(scalar.level_set(critical.point[None], isovalue)[0][0])
+        return abs(level) / _hidden(scalar, critical)
 
-def _free(seeds: Floats) -> Iterator[_Critical]:
-    for seed in seeds:
-        yield _Critical(seed, np.zeros(3, dtype=bool))
-
-
-def _starts(seeds: Floats, low: Floats, high: Floats, near: Floats) -> Iterator[_Critical]:
-    """Each seed on the faces, edges and corners of the box that are near it."""
-    for seed in seeds:
-        closest = np.where(seed - low < high - seed, low, high)
-        axes = np.flatnonzero(np.abs(seed - closest) <= near)
-        for count in range(1, len(axes) + 1):
-            for chosen in combinations(axes.tolist(), count):
-                held = np.isin(np.arange(3), chosen)
-                yield _Critical(np.where(held, closest, seed), held)
+    return sorted(found, key=unlikely)
 
 
 def _equal(first: _Critical, second: _Critical, spacing: Floats) -> bool:
@@ -296,32 +285,38 @@ def _equal(first: _Critical, second: _Critical, spacing: Floats) -> bool:
 
 
 def _seeds(first: _State, last: _State) -> Floats:
-    """Points (k, 3) of two contours that lie farthest from the other, or where it is flattest."""
+    """Samples (k, 3) that change their side, and where the two contours are flattest."""
     pieces = []
-    for here, there in ((first, last), (last, first)):
-        if here.surface is None:
-            continue
-        points = here.surface.points
-        _, gradient = here.field.level_set(points, here.isovalue)
-        flattest = np.argsort((gradient**2).sum(axis=1))[:_SEEDS]
-        pieces.append(points[flattest])
-        pieces.append(_farthest(points, there.surface, here.field.spacing))
+    one, other = first.field, last.field
+    if one.values.shape == other.values.shape:
+        flipped = (one.values > first.isovalue) != (other.values > last.isovalue)
+        pieces.append(one.origin + np.argwhere(flipped) * one.spacing)
+    for state in (first, last):
+        if state.surface is not None:
+            points = state.surface.points
+            slopes = np.linalg.norm(state.field.level_set(points, state.isovalue)[1], axis=1)
+            pieces.append(points[np.argsort(slopes)[:_FLATTEST]])
     return np.concatenate(pieces)
 
 
-def _farthest(points: Floats, other: Surface | None, spacing: Floats) -> Floats:
-    """Points (k, 3) farthest from another surface, no two within the same cell."""
-    from scipy.spatial import cKDTree
+def _starts(scalar: ScalarField, seeds: Floats, rims: bool) -> tuple[Floats, Bools]:
+    """The seeds with the shortest Newton steps (k, 3), and which of their coordinates are held.
 
-    if other is None:
-        distance = np.zeros(len(points))
-    else:
-        distance = cKDTree(other.points).query(points)[0]
-    order = np.argsort(-distance, kind="stable")
-    cells = np.floor(points[order] / spacing).astype(np.int64)
-    _, single = np.unique(cells, axis=0, return_index=True)
-    farthest: Floats = points[order[np.sort(single)[:_SEEDS]]]
-    return farthest
+    For a change of the rims each seed is put on the faces, edges and corners of the box near it.
+    """
+    low, high = scalar.bounds
+    closest = np.where(seeds - low < high - seeds, low, high)
+    near = np.abs(seeds - closest) <= _NEAR_BOX * scalar.spacing
+    starts, held = [], []
+    for chosen in product((False, True), repeat=3):
+        mask = np.array(chosen)
+        wanted = near[:, mask].all(axis=1) & (rims == any(chosen))
+        starts.append(np.where(mask, closest, seeds)[wanted])
+        held.append(np.broadcast_to(mask, starts[-1].shape))
+    points, fixed = np.concatenate(starts), np.concatenate(held)
+    steps = _newton_steps(scalar, *_slopes(scalar, points), fixed) / scalar.spacing
+    shortest = np.argsort(np.abs(steps).max(axis=1), kind="stable")[:_MOST_STARTS]
+    return points[shortest], fixed[shortest]
 
 
 def _slopes(scalar: ScalarField, points: Floats) -> tuple[Floats, Floats]:
@@ -342,12 +337,17 @@ def _to_critical(scalar: ScalarField, starts: Floats, held: Bools) -> tuple[Floa
     arrived = np.zeros(len(points), dtype=bool)
     active = np.arange(len(points))
     for _ in range(_NEWTON):
-        steps = _newton_steps(*_slopes(scalar, points[active]), held[active])
+        gradient, hessian = _slopes(scalar, points[active])
+        steps = _newton_steps(scalar, gradient, hessian, held[active])
         length = np.abs(steps / cell).max(axis=1)
+        left = np.abs(np.where(held[active], 0.0, gradient) * cell).max(axis=1)
+        bend = np.abs(hessian * np.multiply.outer(cell, cell)).max(axis=(1, 2))
+        level = left <= _LEVEL * bend + _NOISE * scalar.rounding
         steps /= np.maximum(length, 1.0)[:, None]
         moved = np.clip(points[active] + steps, low, high)
         moved = np.where(held[active], points[active], moved)
-        arrived[active] = (length < _ARRIVED) & (moved == points[active] + steps).all(axis=1)
+        free = (moved == points[active] + steps).all(axis=1)
+        arrived[active] = (length < _ARRIVED) & free & level
         points[active] = moved
         astray = (np.abs(moved - starts[active]) > _ASTRAY * cell).any(axis=1)
         active = active[~arrived[active] & ~astray]
@@ -356,13 +356,14 @@ def _to_critical(scalar: ScalarField, starts: Floats, held: Bools) -> tuple[Floa
     return points, arrived
 
 
-def _newton_steps(gradient: Floats, hessian: Floats, held: Bools) -> Floats:
-    """Newton's steps (n, 3) to gradient zero; 0 along held axes."""
+def _newton_steps(scalar: ScalarField, gradient: Floats, hessian: Floats, held: Bools) -> Floats:
+    """Newton's steps (n, 3) to gradient zero; 0 along held axes and where nothing bends."""
     free = ~held
     both = free[:, :, None] & free[:, None, :]
     values, vectors = np.linalg.eigh(np.where(both, hessian, 0.0))
     size = np.abs(values)
-    least = np.maximum(1e-9 * size.max(axis=1, keepdims=True), np.finfo(float).tiny)
+    noise = _NOISE * scalar.rounding / scalar.spacing.min() ** 2
+    least = np.maximum(_UNBENT * size.max(axis=1, keepdims=True), noise)
     inverse = np.where(size > least, 1.0, 0.0) / np.where(size > least, values, 1.0)
     along = (vectors * np.where(free, gradient, 0.0)[:, :, None]).sum(axis=1)
     steps: Floats = -(vectors * (inverse * along)[:, None, :]).sum(axis=2)
@@ -371,10 +372,9 @@ def _newton_steps(gradient: Floats, hessian: Floats, held: Bools) -> Floats:
 
 def _hidden(scalar: ScalarField, critical: _Critical) -> float:
     """Change of the level set function within a cell of a critical point."""
-    gradient, hessian = _slopes(scalar, critical.point[None])
-    linear = np.where(critical.held, 0.0, np.abs(gradient[0])) @ scalar.spacing
-    curved = np.abs(np.diagonal(hessian[0])) @ scalar.spacing**2 / 2
-    return float(linear + curved + scalar.rounding)
+    curvature = np.abs(np.diagonal(_slopes(scalar, critical.point[None])[1][0]))
+    free = ~critical.held
+    return float(curvature[free] @ scalar.spacing[free] ** 2 / 2 + scalar.rounding)
 
 
 def _solved(
@@ -392,9 +392,9 @@ def _solved(
     least, most = max(limits[0], a - reach), min(limits[1], b + reach)
     for _ in range(_ROUNDS):
         if values[0] * values[1] <= 0:
-            root = float(brentq(tracked.level, a, b, xtol=1e-14 * max(abs(a), abs(b), b - a)))
-            tracked.level(root)
-            return root
+            root = float(brentq(tracked.level, a, b, xtol=1e-13 * max(abs(a), abs(b), b - a)))
+            jump = abs(tracked.level(root)) > _JUMP * (abs(values[0]) + abs(values[1]))
+            return None if jump else root
         a, b = _widened(a, b, values, (least, most))
         values = tracked.level(a), tracked.level(b)
     return None
@@ -420,13 +420,15 @@ def _right_way(scalar: ScalarField, critical: _Critical, first: _State, last: _S
 
     When the level at it rises through 0, a maximum (three directions down) adds a sphere, +2,
     a saddle with two joins, -2, one with one closes a tunnel, +2, a minimum fills a pocket, -2.
+    Several at once may leave the characteristic as it was: then either way is right.
     """
     level, later = (
         float(state.field.level_set(critical.point[None], state.isovalue)[0][0])
         for state in (first, last)
     )
     sign = 1 if _negative(scalar, critical) % 2 == 1 else -1
-    return bool(sign * (later - level) * (last.topology.euler - first.topology.euler) > 0)
+    change = last.topology.euler - first.topology.euler
+    return change == 0 or bool(sign * (later - level) * change > 0)
 
 
 def _kind(scalar: ScalarField, critical: _Critical, first: _State, last: _State) -> str:
@@ -480,18 +482,17 @@ def blended(first: ScalarField, second: ScalarField) -> Callable[[float], Scalar
     3.0
     """
     _check_alike(first, second)
+    ends = first.values, second.values
+    if first.logarithmic:
+        ends = np.log(ends[0]), np.log(ends[1])
 
     def mixed(part: float) -> ScalarField:
         if not 0 <= part <= 1:
             raise ArgumentError("A02", f"part: expected a number in [0, 1], got {part}")
         if part in (0, 1):
             return second if part else first
-        ends = first.values, second.values
-        if first.logarithmic:
-            values = np.exp((1 - part) * np.log(ends[0]) + part * np.log(ends[1]))
-        else:
-            values = (1 - part) * ends[0] + part * ends[1]
-        return replace(first, values=values)
+        mean = (1 - part) * ends[0] + part * ends[1]
+        return replace(first, values=np.exp(mean) if first.logarithmic else mean)
 
     return mixed
 
@@ -562,7 +563,7 @@ def sweep_family(parameters: ArrayLike, fields: Sequence[ScalarField], isovalue:
         )
     if not (np.diff(places) > 0).all():
         raise ArgumentError("A02", f"parameters: expected ascending, got {places.tolist()}")
-    pieces = [blended(a, b) for a, b in zip(fields[:-1], fields[1:], strict=True)]
+    pieces = [blended(a, b) for a, b in pairwise(fields)]
 
     def family(parameter: float) -> tuple[ScalarField, float]:
         if not places[0] <= parameter <= places[-1]:

@@ -1,8 +1,16 @@
 """Room: base Surface, perturbed Surface -> Correspondence (thesis 4.1.4)."""
 
+from ._audit import CorrespondenceAudit, audit
 from ._closest_point import closest_point
 from ._identity import identity
 from ._interpolate import interpolate
 from ._normal_rays import normal_rays
 
-__all__ = ["closest_point", "identity", "interpolate", "normal_rays"]
+__all__ = [
+    "CorrespondenceAudit",
+    "audit",
+    "closest_point",
+    "identity",
+    "interpolate",
+    "normal_rays",
+]

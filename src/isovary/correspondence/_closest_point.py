@@ -13,10 +13,9 @@ from ._locator import nearest_pieces
 def closest_point(base: Surface, perturbed: Surface) -> Correspondence:
     """Each base node matched to the closest point of the perturbed surface.
 
-    Searched on flat triangles, where it is exact, then refined on the curved
-    element, and those beside it, by Newton steps. Every node finds a partner, however far, and
-    whichever way that faces: look at ``distance``, and prefer a carried mesh
-    wherever a field is at hand.
+    Searched on flat triangles, where it is exact, then refined by Newton steps on the
+    curved element and those beside it. Every node finds a partner, however far and whichever
+    way that faces: look at ``distance``, and prefer a carried mesh wherever a field is at hand.
 
     Parameters
     ----------
@@ -29,7 +28,9 @@ def closest_point(base: Surface, perturbed: Surface) -> Correspondence:
 
     Notes
     -----
-    Cost: 20 microseconds a node.
+    Far from a curved surface, where two places are nearly as near, the one that is nearer on
+    the flat triangles may win: the distance then errs by as much as those leave the surface.
+    Cost: 30 microseconds a node, half of it on flat triangles.
 
     Examples
     --------

@@ -20,6 +20,7 @@ from ..records import Surface
 _STEPS = 20
 _HALVINGS = 6
 _STILL = 1e-14  # step in local coordinates below which a search has ended
+_NEAR_EDGE = 0.03  # barycentric coordinate
 _CORNERS = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
 _SECOND = np.array(
     [
@@ -98,7 +99,8 @@ def nearest_places(
 ) -> tuple[Ints, Floats]:
     """The nearest place to each point, from a start near to it: triangle and coordinates.
 
-    Where the nearest place of the start's triangle lies on an edge, the triangle across is tried.
+    Where the nearest place of the start's triangle lies near an edge, the triangle across is
+    tried: where two meet at an angle, each may hold a place nearer than all around it.
     """
     barycentric, square = _nearest_within(surface, points, triangle, barycentric)
     if surface.order == 1:
@@ -106,7 +108,7 @@ def nearest_places(
     across = neighbours(surface)
     triangle = triangle.copy()
     for corner in (0, 1, 2) * 2:
-        rows = np.flatnonzero(barycentric[:, corner] < 1e-9)
+        rows = np.flatnonzero(barycentric[:, corner] < _NEAR_EDGE)
         other, start = stepped_across(
             surface, across, triangle[rows], barycentric[rows], np.full(len(rows), corner)
         )

@@ -21,6 +21,8 @@ from ._locator import pieces_on_lines
 _STEPS = 6
 _CROSSINGS = 4  # triangles that a hit may be moved on by, from the flat one to the curved one
 _GRAZING = 0.05  # cosine between normal and ray below which a hit is none
+_ON_RIM = 1e-9  # barycentric coordinate by which a hit may lie beyond an edge
+_SAME = 1e-7  # of the diagonal: distance between hits of one place
 _OUTSIDE = 1e-10  # barycentric coordinate
 
 
@@ -76,24 +78,20 @@ def normal_rays(base: Surface, perturbed: Surface, *, reach: float | None = None
     if not reach > 0:
         raise ArgumentError("A02", f"reach: expected a positive length, got {reach}")
     node, piece, distance, local = _all_hits(base, perturbed, reach)
-    nearest, hits = _nearest_hits(len(base.points), node, distance, 1e-9 * diagonal)
+    nearest, hits = _nearest_hits(len(base.points), node, distance, _SAME * diagonal)
     found = nearest >= 0
     chosen = nearest[found]
     triangle, barycentric = to_parent(perturbed, piece[chosen], local[chosen])
     signed = distance[chosen]
     if perturbed.order == 2:
         points, normals = base.points[found], base.normals[found]
-        triangle, barycentric = _refined(
-            points, normals, perturbed, triangle, barycentric, signed
-        )
+        triangle, barycentric = _refined(points, normals, perturbed, triangle, barycentric, signed)
         offset = position(perturbed, triangle, barycentric) - points
         signed = np.einsum("nd,nd->n", offset, normals)
     return _spread(found, triangle, barycentric, signed, hits)
 
 
-def _all_hits(
-    base: Surface, perturbed: Surface, reach: float
-) -> tuple[Ints, Ints, Floats, Floats]:
+def _all_hits(base: Surface, perturbed: Surface, reach: float) -> tuple[Ints, Ints, Floats, Floats]:
     """Every hit that counts: node, flat piece, signed distance, barycentric coordinates."""
     way = reach * base.normals
     node, piece = pieces_on_lines(base.points - way, base.points + way, perturbed, 1e-6 * reach)
@@ -103,15 +101,15 @@ def _all_hits(
     across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     size = np.linalg.norm(across, axis=1)
     hit &= np.einsum("nd,nd->n", across, direction) > _GRAZING * size
-    hit &= np.abs(distance) <= reach
     return node[hit], piece[hit], distance[hit], local[hit]
 
 
 def _on_pieces(corners: Floats, points: Floats, direction: Floats) -> tuple[Floats, Floats, Bools]:
     """Signed distance and barycentric coordinates of lines on triangles, and whether they meet.
 
-    Seen along the line, each edge has its start on one side. Rounding may call that 0, which
+    Seen along the line, each edge passes it on one side. Rounding may call that 0, which
     is a hit, but never the other side, and the triangle beyond gets the same number negated.
+    A little more, for rims, is a hit, too.
     """
     main = np.abs(direction).argmax(axis=1)
     axes = (main[:, None] + [1, 2, 0]) % 3
@@ -126,11 +124,10 @@ def _on_pieces(corners: Floats, points: Floats, direction: Floats) -> tuple[Floa
         [x[:, j] * y[:, k] - y[:, j] * x[:, k] for j, k in ((1, 2), (2, 0), (0, 1))]
     )
     total = parts.sum(axis=1)
-    meets = ((parts >= 0).all(axis=1) | (parts <= 0).all(axis=1)) & (total != 0)
-    meets &= lean[:, 2] != 0
-    local: Floats = parts / np.where(total != 0, total, 1.0)[:, None]
+    local = parts / np.where(total != 0, total, 1.0)[:, None]
+    meets = (local >= -_ON_RIM).all(axis=1) & (total != 0) & (lean[:, 2] != 0)
     distance: Floats = (local * z).sum(axis=1) / length[:, 0]
-    return distance, local, meets
+    return distance, full(local[:, 1:]), meets
 
 
 def _nearest_hits(count: int, node: Ints, distance: Floats, same: float) -> tuple[Ints, Ints]:

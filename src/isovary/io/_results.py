@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..alignment import Alignment
 from ..comparison import Comparison
-from ..correspondence import interpolate
 from ..difference import change_norm
 from ..geometry import Floats
+from ..isometry import Distortion
 from ..levels import Progress
 from ._atomic import write_folder
 from ._writing import curved_grid, flat_triangles, seconds, stage, write_summary, write_vtk
@@ -85,13 +86,14 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
 def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
     """Arrays with one value per base node, by the names they have in files."""
     found = result.correspondence.found
-    there = interpolate(result.correspondence, result.perturbed, result.perturbed.points)
     arrays: dict[str, np.ndarray] = {
         "change_norm": result.change_norm,
         "noise_norm": change_norm(result.noise_floor),
         "significant": result.significant.astype(np.int8),
         "group": result.clusters.labels.astype(np.int32),
-        "displacement": there - result.base.points,
+        "displacement": result.displacement,
+        "deformation": result.partners - result.base.points,
+        "strain": result.distortion.at_nodes(result.base.triangles),
         "normal_displacement": result.correspondence.distance,
         "partner_found": found.astype(np.int8),
     }
@@ -119,7 +121,7 @@ def _columns_name(result: Comparison) -> str:
 
 
 def _perturbed_grid(result: Comparison) -> pv.UnstructuredGrid:
-    grid, methods = curved_grid(result.perturbed), result.methods
+    grid, methods = curved_grid(result.perturbed_in_place), result.methods
     grid.point_data[methods.kind.short] = methods.signature(result.perturbed_pairs, result.times)
     grid.field_data[_columns_name(result)] = result.columns
     return grid
@@ -157,7 +159,8 @@ def _summary(result: Comparison) -> dict[str, Any]:
             "perturbed": result.perturbed_quality.summary(),
         },
         "change": _sizes(result),
-        "rigid_motion": asdict(result.motion) | {"share": result.motion.share},
+        "rigid_motion": _rigid_motion(result.alignment),
+        "strain": _strain(result.distortion),
         "spectrum": {
             "largest_eigenvalue": result.base_pairs.values[-1],
             "eigenvalues": {
@@ -176,6 +179,27 @@ def _summary(result: Comparison) -> dict[str, Any]:
         },
         "timings_seconds": seconds(result.timings),
     }
+
+
+def _rigid_motion(found: Alignment) -> dict[str, Any]:
+    """The motion that brings the perturbed surface onto the base."""
+    return {
+        "rotation": found.motion.rotation,
+        "translation": found.motion.translation,
+        "turn_degrees": found.motion.angle,
+        "mirrored": found.motion.mirrored,
+        "share": found.share,
+        "rms_before": found.rms_before,
+        "rms_after": found.rms_after,
+        "held": list(found.held),
+    }
+
+
+def _strain(found: Distortion) -> dict[str, float]:
+    """How far the correspondence is from an isometry."""
+    known = found.size[np.isfinite(found.size)]
+    most = float(known.max()) if len(known) else math.nan
+    return {"rms": found.strain, "largest": most}
 
 
 def _sizes(result: Comparison) -> dict[str, float]:

@@ -63,9 +63,9 @@ def verdict(result: Comparison, half_share: float) -> str:
     if not result.significant.any():
         most = percent(float(result.change_norm[marked]))
         return f"No significant change: the largest, {most}, is less than twice the noise floor"
-    if result.motion.share > MOSTLY_RIGID:
+    if result.choices["alignment"] == "off" and result.alignment.share > MOSTLY_RIGID:
         return (
-            f"Mostly a rigid motion ({percent(result.motion.share)} of the displacement): "
+            f"Mostly a rigid motion ({percent(result.alignment.share)} of the displacement): "
             "the change shown may be false"
         )
     kind = result.methods.kind
