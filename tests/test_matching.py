@@ -104,6 +104,14 @@ def test_droplets_merge_and_split(radius):
     assert [(m.event, m.base, m.perturbed) for m in back] == [("split", 0, 0), ("split", 0, 1)]
 
 
+def test_a_droplet_that_is_half_swallowed_has_merged():
+    """Oracle: analytic. Less than half of the small ball's surface is left outside."""
+    large = ball(1.0, -1, 0, 0)
+    apart = surface(union(large, ball(0.5, 0.65, 0, 0)))
+    joined = surface(union(large, ball(0.5, 0.2, 0, 0)))
+    assert [match.event for match in match_components(apart, joined)] == ["merged", "merged"]
+
+
 def test_a_third_droplet_takes_no_part_in_a_merger():
     """Oracle: analytic. Two of three balls are joined by a neck; the third only moves."""
     first, second = ball(0.6, -2.2, 0, 0), ball(0.6, -0.8, 0, 0)
@@ -144,8 +152,11 @@ def test_an_onion_that_fills_is_no_merger():
     box, shape = ((-1.5,) * 3, (1.5,) * 3), (61, 61, 61)
     shell = without(ball(1.2, 0, 0, 0), ball(1.05, 0, 0, 0))
     onion = surface(union(shell, ball(0.9, 0, 0, 0)), box, shape)
-    found = match_components(onion, surface(ball(1.2, 0, 0, 0), box, shape))
+    full = surface(ball(1.2, 0, 0, 0), box, shape)
+    found = match_components(onion, full)
     assert sorted(match.event for match in found) == ["lost", "lost", "matched"]
+    found = match_components(full, onion)
+    assert sorted(match.event for match in found) == ["born", "born", "matched"]
 
 
 def test_a_pocket_is_never_an_island():
@@ -203,6 +214,15 @@ def test_facts_of_components():
     np.testing.assert_allclose([p.size for p in table], [0.7, np.sqrt(square)], rtol=5e-3)
     assert sum(part.nodes for part in table) == len(both.points)
     np.testing.assert_allclose(sum(part.area for part in table), both.area, rtol=1e-12)
+
+
+def test_facts_of_a_curved_mesh():
+    """Oracle: algebra. A curved icosphere's nodes are the points of the next finer flat one."""
+    (curved,) = component_table(iv.icosphere(1))
+    (flat,) = component_table(iv.icosphere(2, order=1))
+    assert curved.nodes == flat.nodes
+    for name in ("area", "volume", "size"):
+        assert getattr(curved, name) == pytest.approx(getattr(flat, name), rel=1e-12)
 
 
 def test_an_open_component_has_no_volume():

@@ -120,7 +120,7 @@ def test_summary_is_enough_to_repeat_the_run(run, result, files):
     for mesh in meshes.values():
         assert mesh["distance_to_isosurface"]["nodes"] < 1e-9
     assert summary["change"]["relative_noise"] == pytest.approx(result.relative_noise, rel=1e-6)
-    assert summary["area"]["base"] == pytest.approx(21.478435, rel=1e-3)
+    assert summary["extrinsic"]["base_area"] == pytest.approx(21.478435, rel=1e-3)
     stages = {"reading", "meshing", "eigenpairs of the base", "overview picture", "report"}
     assert stages <= set(summary["timings_seconds"])
 

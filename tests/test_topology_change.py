@@ -225,6 +225,63 @@ def test_the_critical_point_must_change_what_the_contours_change():
     assert found.parameter == pytest.approx(1, abs=3e-4)  # h^4 3 * 12 * 16 / 384: 1.5e-4
 
 
+def test_of_two_critical_points_in_one_place_the_right_one_is_found():
+    """Oracle: analytic. x^3 - 3 e^2 x - y^2 - z^2 peaks with 2 e^3 at x = -e, a saddle is at x = e.
+
+    Midway between samples along y and z the contours lose the peak 0.005 too early, nearer to
+    the saddle's value than to its own. The spline holds cubics exactly.
+    """
+    e = 0.1
+
+    def value(p):
+        x, y, z = np.moveaxis(p - [0, 0.05, 0.05], -1, 0)
+        return x**3 - 3 * e**2 * x - y**2 - z**2
+
+    scalar = field(value, (0.8, 1.0, 1.0), (17, 21, 21))
+    found = topology_change(lambda isovalue: (scalar, isovalue), -0.005, 0.0025)
+    assert (found.before.components, found.after.components) == (2, 1)
+    assert found.kind == "a component appears or vanishes"
+    assert found.parameter == pytest.approx(2 * e**3, abs=1e-12)
+    np.testing.assert_allclose(found.place, (-e, 0.05, 0.05), atol=1e-9)
+
+
+def test_the_grid_may_change_along_the_family():
+    """Oracle: analytic. A peak reaches 2, sampled on one grid below and on another above."""
+
+    def family(height):
+        grid = (21,) * 3 if height < 2 else (22,) * 3
+        return field(
+            lambda p: height * np.exp(-((p - OFF) ** 2).sum(axis=-1) / 2), (1.5,) * 3, grid
+        ), 2.0
+
+    found = topology_change(family, 1.5, 2.5)
+    assert found.refined
+    assert found.parameter == pytest.approx(2, rel=1e-5)
+
+
+def test_the_critical_point_is_where_the_contours_differ():
+    """Oracle: analytic. Of two islands one, with its peak 1 between samples, vanishes first.
+
+    The other's peak lies on a sample and just above the isovalue at which that happens.
+    """
+    cell, hidden, seen = 0.1, np.array([-0.95, 0.05, 0.05]), np.array([1.0, 0.0, 0.0])
+    height = np.exp(-4 * 3 * (cell / 2) ** 2) + 0.005
+
+    def value(p):
+        return sum(
+            peak * np.exp(-4 * ((p - place) ** 2).sum(axis=-1))
+            for peak, place in ((1, hidden), (height, seen))
+        )
+
+    scalar = field(value, (2.0, 1.0, 1.0), (41, 21, 21))
+    found = topology_change(lambda isovalue: (scalar, isovalue), 0.9, 1.01)
+    assert found.before == TWO
+    assert found.parameter == pytest.approx(1, abs=3e-4)  # h^4 3 * 12 * 16 / 384: 1.5e-4
+    np.testing.assert_allclose(found.place, hidden, atol=0.01)
+    short = topology_change(lambda isovalue: (scalar, isovalue), 0.9, height + 0.001)
+    assert not short.refined  # the peak, 1, is beyond the range; the other island's is not it
+
+
 def test_a_jump_is_bracketed_and_said_to_be_no_more():
     """Oracle: analytic. A family that leaps at 0.3 from one ball to two has no critical point."""
 
@@ -297,6 +354,8 @@ def test_a_blend_of_logarithms_is_a_power():
     assert found.parameter == pytest.approx(0.25, abs=1e-6)
     half = mixed(0.5)
     assert half.logarithmic
+    for part, strength in ((0, 1.0), (1, 4.0)):
+        np.testing.assert_array_equal(mixed(part).values, atoms(2.0, strength=strength).values)
     np.testing.assert_allclose(half.values, 2 * atoms(2.0).values, rtol=1e-12)
 
 

@@ -10,7 +10,14 @@ from .alignment import Alignment, align
 from .carrying import carry, carry_isometrically
 from .clustering import k_medians
 from .comparison import Comparison, compare
-from .correspondence import closest_point, identity, interpolate, normal_rays
+from .correspondence import (
+    CorrespondenceAudit,
+    audit,
+    closest_point,
+    identity,
+    interpolate,
+    normal_rays,
+)
 from .difference import change_norm, heat_trace_scale, mean_size, signature_difference
 from .errors import (
     ArgumentError,
@@ -22,6 +29,14 @@ from .errors import (
     MeshError,
     RunError,
     SpectrumError,
+)
+from .extrinsic import (
+    HausdorffDistance,
+    Kind,
+    enclosed_volume,
+    extrinsic_summary,
+    hausdorff_distance,
+    kinds_of_change,
 )
 from .geometry import Topology, rim_nodes, topology
 from .io import read_field, read_surface
@@ -39,6 +54,7 @@ from .laplacian import (
     uniform_graph,
 )
 from .level_sets import BlendedField, MovedField
+from .matching import Component, ComponentMatch, component_table, match_components
 from .meshing import (
     better_interpolation,
     contour,
@@ -84,13 +100,18 @@ __all__ = [
     "ClusterError",
     "Clusters",
     "Comparison",
+    "Component",
+    "ComponentMatch",
     "Correspondence",
+    "CorrespondenceAudit",
     "CorrespondenceError",
     "Distortion",
     "Eigenpairs",
     "FieldError",
     "FileError",
+    "HausdorffDistance",
     "IsovaryError",
+    "Kind",
     "Laplacian",
     "MeshError",
     "MeshQuality",
@@ -103,12 +124,14 @@ __all__ = [
     "Surface",
     "Topology",
     "align",
+    "audit",
     "better_interpolation",
     "carry",
     "carry_isometrically",
     "change_norm",
     "closest_point",
     "compare",
+    "component_table",
     "contour",
     "cotangent",
     "curvature_sizing",
@@ -122,10 +145,13 @@ __all__ = [
     "drop_cut_multiplet",
     "eigenpairs",
     "ellipsoid",
+    "enclosed_volume",
     "epsilon_graph",
+    "extrinsic_summary",
     "fem",
     "fix_nodes",
     "global_point_signature",
+    "hausdorff_distance",
     "heat_kernel",
     "heat_kernel_signature",
     "heat_trace_scale",
@@ -136,8 +162,10 @@ __all__ = [
     "interpolate",
     "interpolation_errors",
     "k_medians",
+    "kinds_of_change",
     "knn_graph",
     "marching_cubes",
+    "match_components",
     "mean_size",
     "mesh_laplacian",
     "mesh_quality",

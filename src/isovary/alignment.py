@@ -18,7 +18,7 @@ from .rigid_motion import RigidMotion
 
 _UNSEEN = 1e-2  # part of a motion along the normals below which it is not seen
 _CLEARLY = 0.5  # another pose must leave less than this part of the distance,
-_ALIKE = 1.1  # up to this factor poses count as equally near
+_ALIKE = 1.25  # up to this factor poses count as equally near
 _MIRROR = 0.1  # a mirrored one less than this
 _FLOOR = 1e-5  # distances, in sizes, that no other pose need explain
 _LITTLE = 1 + 2**0.5  # trace of a turn of 45 degrees, less than which no symmetry undercuts
@@ -108,10 +108,10 @@ def align(
     start from the place as it is and, unless that leaves less than 1e-5 of the size after a turn
     of less than 45 degrees, also with the centroids on each other from the turns of a cube, those
     of the principal axes, and the mirror images of all. The least turned pose wins unless others
-    leave less than half of its distance: then the nearest, and of those that are as near to a
-    tenth the least turned. A mirrored pose must leave less than a tenth of what the best other
-    leaves. So a surface that is symmetric, or nearly so, is not turned into its own likeness, nor
-    a slightly changed one mirrored.
+    leave less than half of its distance: then the nearest, and of those that leave up to a
+    quarter more the least turned. A mirrored pose must leave less than a tenth of what the best
+    other leaves. So a surface that is symmetric, or nearly so, is not turned into its own
+    likeness, nor a slightly changed one mirrored.
 
     Motions that hardly move the surface along its normals, by less than 1 % of their way (a
     sphere's turn, a spheroid's about its axis), are left out: nothing could tell how large

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -172,6 +172,12 @@ def compare_files(
         "heat-kernel", "scale-invariant-heat-kernel", "wave-kernel", "global-point"
     ] = "heat-kernel",
     correspondence: Literal["carried", "normal-rays", "closest-point"] = "carried",
+    align: bool = True,
+    isometric: bool = True,
+    through: Sequence[Path] = (),
+    only_matching: bool = False,
+    accuracy: str | None = None,
+    noise_meshes: int = 1,
     seed: int = 7,
 ) -> None:
     """Compare the isosurfaces of two fields and write pictures, data and a report.
@@ -222,6 +228,20 @@ def compare_files(
         What is compared at each node.
     correspondence
         carried: one mesh follows the field; the others mesh both isosurfaces independently.
+    align
+        Take the best rigid motion between the isosurfaces out first.
+    isometric
+        Let the carried mesh slide to the map that changes lengths least; if not, it stays where
+        the normals met the perturbed isosurface.
+    through
+        Field files of members between base and perturbed, in order, through which the mesh is
+        carried: for large changes. Give it once for each file.
+    only_matching
+        Where components came, went, joined or parted, compare the others.
+    accuracy
+        Noise over change that is good enough, as 5% or 0.05: the mesh is refined until then.
+    noise_meshes
+        Coarser meshes that make the noise floor.
     seed
         Seed of the grouping.
     """
@@ -250,9 +270,26 @@ def compare_files(
         "times": times,
         "groups": groups,
         "correspondence": _MATCHES[correspondence],
+        "align": align,
+        "isometric": isometric,
+        "through": [read(path) for path in through],
+        "only_matching": only_matching,
+        "accuracy": None if accuracy is None else _part(accuracy),
+        "noise_meshes": noise_meshes,
         "rng": seed,
     }
     _run(base, perturbed, isovalue, out, read, options)
+
+
+def _part(text: str) -> float:
+    """A part given as 5% or 0.05."""
+    number = text.strip().removesuffix("%")
+    try:
+        return float(number) / (100 if number != text.strip() else 1)
+    except ValueError:
+        raise ArgumentError(
+            "A02", f"accuracy: expected a part such as 5% or 0.05, got {text}"
+        ) from None
 
 
 @app.command

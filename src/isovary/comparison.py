@@ -14,10 +14,11 @@ import numpy as np
 from .alignment import Alignment
 from .checks import check_fields, check_methods, check_numbers
 from .clustering import k_medians
-from .correspondence import closest_point, interpolate
+from .correspondence import CorrespondenceAudit, audit, closest_point, interpolate
 from .difference import change_norm
 from .errors import ArgumentError, IsovaryError
-from .geometry import Bools, Floats, Topology, topology
+from .extrinsic import Kind, extrinsic_summary, kinds_of_change
+from .geometry import Bools, Floats, Ints, Topology, node_areas, topology
 from .isometry import Distortion, distortion
 from .laplacian import fem
 from .level_sets import LevelSet, moved
@@ -35,6 +36,7 @@ from .levels import (
     refined_levels,
     relative_rms,
 )
+from .matching import ComponentMatch
 from .meshing import Mesher, better_interpolation, interpolation_errors, marching_cubes
 from .methods import Methods, Operator, Signature, method_name
 from .noise import SIGNIFICANCE, sampling_floor
@@ -96,6 +98,12 @@ class Comparison:
         The part of it that was applied: all, or nothing with ``align=False``.
     distortion : Distortion
         How much the correspondence stretches each triangle of the base; NaN without partners.
+    strain, strain_floor : array (n,)
+        Its largest change of a length at each node, relative to it, and the numerical error.
+    audit : CorrespondenceAudit
+        What the correspondence covers, folds and stretches.
+    components : tuple of ComponentMatch
+        Which component of the base is which of the perturbed.
     notes : tuple of str
         What the reader must know, each with its code.
     choices : dict
@@ -125,6 +133,10 @@ class Comparison:
     alignment: Alignment
     motion: RigidMotion
     distortion: Distortion
+    strain: Floats
+    strain_floor: Floats
+    audit: CorrespondenceAudit
+    components: tuple[ComponentMatch, ...]
     notes: tuple[str, ...]
     choices: dict[str, object]
     timings: dict[str, float]
@@ -154,6 +166,30 @@ class Comparison:
         """From each base node to its corresponding point (n, 3), the rigid motion included."""
         displacement: Floats = self.motion.inverse.apply(self.partners) - self.base.points
         return displacement
+
+    @property
+    def kinds(self) -> Ints:
+        """What happened at each node (n,), as :class:`isovary.Kind`: moved, bent, stretched..."""
+        return kinds_of_change(
+            np.linalg.norm(self.displacement, axis=1),
+            np.linalg.norm(self.partners - self.base.points, axis=1),
+            self.strain,
+            self.strain_floor,
+            self.significant,
+            self.correspondence.found,
+            size=float(np.sqrt(self.base_pairs.area)),
+        )
+
+    @property
+    def kind_shares(self) -> dict[str, float]:
+        """Part of the base's area of each kind of change, by its words."""
+        kinds, areas = self.kinds, node_areas(self.base.points, self.base.triangles)
+        return {kind.words: float(areas[kinds == kind].sum() / areas.sum()) for kind in Kind}
+
+    def extrinsic(self) -> dict[str, float | None]:
+        """Areas, volumes, Hausdorff distances and displacements: :func:`extrinsic_summary`."""
+        in_place, motion = self.perturbed_in_place, self.motion
+        return extrinsic_summary(self.base, in_place, self.correspondence, motion=motion)
 
     @property
     def rim_distance(self) -> Floats:
@@ -223,6 +259,7 @@ def compare(
     align: bool = True,
     isometric: bool = True,
     through: Sequence[ScalarField] = (),
+    only_matching: bool = False,
     accuracy: float | None = None,
     noise_meshes: int = 1,
     rng: int = 7,
@@ -274,6 +311,9 @@ def compare(
     through : sequence of ScalarField
         Members of the sweep between the two, in order: the mesh is carried from one to the
         next. Without them a large step leads through blends of the two fields.
+    only_matching : bool
+        Compare the components that have a partner of equal topology; the others are unknown
+        (NaN). By default a difference in topology is an error.
     accuracy : float, optional
         Noise of the mesh over change (rms) that is good enough: the base mesh is doubled
         until then, up to 32 000 vertices. Default: 0.05, but at most 2 000 vertices.
@@ -342,6 +382,7 @@ def compare(
             correspondence,
             isometric,
             members,
+            only_matching,
         )
         solved = refined_levels(
             partial(make_level, task, walk),
@@ -367,6 +408,7 @@ def compare(
         base_quality = mesh_quality(level.base, task.base, isovalue, sizing=methods.sizing)
         in_place = task.motion.inverse.surface(level.perturbed)
         perturbed_quality = mesh_quality(in_place, task.perturbed, isovalue)
+        audited = audit(level.base, level.perturbed, level.correspondence)
     walk.finish()
     result = Comparison(
         isovalue=isovalue,
@@ -390,6 +432,10 @@ def compare(
         alignment=alignment,
         motion=task.motion,
         distortion=distortion(level.base, level.partners),
+        strain=level.strain,
+        strain_floor=solved.strain_floor,
+        audit=audited,
+        components=level.components,
         notes=(),
         choices={
             **_fields_said(fields),
@@ -407,6 +453,7 @@ def compare(
             "alignment": "rigid" if align else "off",
             "correspondence": "carried" if correspondence is None else method_name(correspondence),
             "carrying": "isometric" if isometric else "along normals",
+            "only_matching": only_matching,
             "noise_floor_vertices": [coarse.vertices for coarse in solved.coarse],
             **{f"noise_of_the_{k}": relative_rms(part, change) for k, part in floors.items()},
             "clustering": "k_medians",

@@ -170,6 +170,8 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     J. Nocedal and S. Wright, *Numerical Optimization*, 2006, section 10.3 (damping).
     """
     metric = _metric(base)
+    if metric.energy(metric.tensor(start)) < _ISOMETRIC**2:
+        return start
     here = ground(start)
     check_facing(here.points, base.triangles, here.normals)
     settled = _SETTLED * _edge_length(here.points, base.triangles)

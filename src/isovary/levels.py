@@ -14,8 +14,10 @@ from .alignment import Alignment, align
 from .correspondence import identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError
-from .geometry import Floats, edges_of, topology
+from .geometry import Floats, Ints, edges_of, topology
+from .isometry import distortion
 from .level_sets import LevelSet, moved
+from .matching import ComponentMatch, describe, match_components, part_of
 from .meshing import contour
 from .methods import Methods
 from .noise import carried, combined_floor, noise_floor, truncation_floor
@@ -51,7 +53,8 @@ class Task:
 
     ``motion`` brings the perturbed field onto the base; ``through`` are fields of members
     between the two, aligned with the base. ``match`` is None where the mesh is carried,
-    isometrically or along its normals.
+    isometrically or along its normals. With ``only_matching`` components without a partner of
+    equal topology are left out, else they are an error.
     """
 
     base: ScalarField
@@ -64,6 +67,7 @@ class Task:
     match: Match | None = None
     isometric: bool = True
     through: Sequence[LevelSet] = ()
+    only_matching: bool = False
 
     @property
     def path(self) -> list[LevelSet]:
@@ -81,6 +85,12 @@ class Level:
     base_pairs: Eigenpairs
     perturbed_pairs: Eigenpairs
     methods: Methods
+    components: tuple[ComponentMatch, ...]
+
+    @property
+    def strain(self) -> Floats:
+        """Largest change of a length at each node (n,), relative to it; NaN without partners."""
+        return distortion(self.base, self.partners).at_nodes(self.base.triangles)
 
     @property
     def vertices(self) -> int:
@@ -170,6 +180,16 @@ class Refinement:
     history: tuple[tuple[int, float], ...]
 
     @property
+    def strain_floor(self) -> Floats:
+        """Numerical error (n,) of the strain, from the coarser meshes."""
+        strain, order = self.level.strain[:, None], self.level.methods.order(self.level.base)
+        floors = [
+            noise_floor(self.level.base, strain, level.base, level.strain[:, None], order=order)
+            for level in self.coarse
+        ]
+        return combined_floor(floors)[:, 0]
+
+    @property
     def noise_floor(self) -> Floats:
         """Numerical error (n, T) from the meshes, the root mean square over the coarser ones."""
         return combined_floor(
@@ -232,17 +252,18 @@ def make_level(task: Task, walk: Walk, vertices: int) -> Level:
     methods, match = task.methods, task.match
     mesh = partial(methods.mesher, vertices=vertices, order=task.order)
     with walk.stage("meshing"):
-        surface = mesh(task.base, task.isovalue)
-        other = None if match is None else mesh(task.perturbed, task.isovalue)
+        whole = mesh(task.base, task.isovalue)
+        other = None if match is None else task.motion.surface(mesh(task.perturbed, task.isovalue))
     with walk.stage("correspondence"):
-        _check_topology(surface, other or _contour(task, surface))
+        there = other or task.motion.surface(_contour(task, whole))
+        components = _checked_components(whole, there, task.only_matching)
+        surface, nodes = _matching(whole, [m.base for m in components if m.same])
         if other is None or match is None:
             other, partners = carried(surface, task.path, task.isovalue, task.isometric)
-        elif np.array_equal(surface.points, other.points):
-            partners = identity(surface, other)  # equal fields: no search, no rounding
         else:
-            other = task.motion.surface(other)
-            partners = match(surface, other)
+            other, _ = _matching(other, [m.perturbed for m in components if m.same])
+            equal = np.array_equal(surface.points, other.points)  # no search, no rounding
+            partners = (identity if equal else match)(surface, other)
     if partners.found.mean() < _COVERAGE_LIMIT:
         raise CorrespondenceError(
             "C02",
@@ -261,7 +282,52 @@ def make_level(task: Task, walk: Walk, vertices: int) -> Level:
             second = first
         else:
             second = eigenpairs(methods.laplacian(other), count, start=start).truncate(count)
-    return Level(surface, other, partners, first, second, methods)
+    partners, first = _in_whole(whole, nodes, partners, first)
+    return Level(whole, other, partners, first, second, methods, components)
+
+
+def _checked_components(
+    base: Surface, perturbed: Surface, only_matching: bool
+) -> tuple[ComponentMatch, ...]:
+    """Which component is which; an error if some differ and none may be left out."""
+    matches = match_components(base, perturbed)
+    differ = [match for match in matches if not match.same]
+    if not differ or (only_matching and len(differ) < len(matches)):
+        return matches
+    raise CorrespondenceError(
+        "C01",
+        f"topology: expected the same of both isosurfaces, got base: {topology(base.triangles)}; "
+        f"perturbed: {topology(perturbed.triangles)};\n{describe(differ)}\nchoose another isovalue "
+        "or a smaller step of the parameter; topology_change finds where it happens, and "
+        "only_matching (--only-matching) compares the components that are the same",
+    )
+
+
+def _matching(surface: Surface, kept: Sequence[int]) -> tuple[Surface, Ints]:
+    """The components to compare, and their nodes' numbers in the whole."""
+    part, nodes = part_of(surface, kept)
+    return (surface, nodes) if len(nodes) == len(surface.points) else (part, nodes)
+
+
+def _in_whole(
+    whole: Surface, nodes: Ints, partners: Correspondence, pairs: Eigenpairs
+) -> tuple[Correspondence, Eigenpairs]:
+    """Rows for all nodes of the whole: no partner, and NaN, where nothing was compared."""
+    if len(nodes) == len(whole.points):
+        return partners, pairs
+
+    def spread(rows: Floats | Ints, unknown: float) -> Floats:
+        spread_out = np.full((len(whole.points), *rows.shape[1:]), unknown)
+        spread_out[nodes] = rows
+        return spread_out
+
+    there = Correspondence(
+        spread(partners.triangle, -1).astype(np.int64),
+        spread(partners.barycentric, np.nan),
+        spread(partners.distance, np.nan),
+        spread(partners.hits, 0).astype(np.int64),
+    )
+    return there, replace(pairs, vectors=spread(pairs.vectors, np.nan))
 
 
 def relative_rms(floor: Floats, change: Floats) -> float:
@@ -277,13 +343,3 @@ def _contour(task: Task, surface: Surface) -> Surface:
     i, j = edges_of(surface.corners)[0].T
     edge = float(np.median(np.linalg.norm(surface.points[i] - surface.points[j], axis=1)))
     return contour(task.perturbed, task.isovalue, resolution=edge)
-
-
-def _check_topology(base: Surface, perturbed: Surface) -> None:
-    first, second = topology(base.triangles), topology(perturbed.triangles)
-    if first != second:
-        raise CorrespondenceError(
-            "C01",
-            f"topology: expected the same of both isosurfaces, got base: {first}; perturbed: "
-            f"{second}; choose another isovalue, or a smaller step of the parameter",
-        )

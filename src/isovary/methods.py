@@ -78,9 +78,14 @@ class Methods:
             return heat_trace_scale(pairs, samples)
         areas = node_areas(surface.points, surface.triangles)
         means = [
-            mean_size(signature[parts == k], areas[parts == k]) for k in range(parts.max() + 1)
+            self._mean(signature[parts == k], areas[parts == k]) for k in range(parts.max() + 1)
         ]
         return means[0] if len(means) == 1 else np.stack(means)[parts]
+
+    def _mean(self, signature: Floats, areas: Floats) -> Floats:
+        """Mean size; 1 for a component that is not compared."""
+        unknown = np.isnan(signature).all()
+        return np.ones(signature.shape[1]) if unknown else mean_size(signature, areas)
 
     @property
     def scaling(self) -> str:

@@ -11,11 +11,14 @@ import numpy as np
 
 from .errors import IsovaryError
 from .geometry import Floats
+from .signature import diffusion_radius
 
 if TYPE_CHECKING:
     from .comparison import Comparison
 
 _RIGID_SHARE = 0.25
+_COVERED = 0.99
+_STILL_THERE = 0.5
 
 
 @contextmanager
@@ -170,9 +173,20 @@ def _shape(result: Comparison) -> Iterator[str]:
             + _rim_words(result)
             + " [I05]"
         )
+    for match in result.components:
+        if not match.same:
+            yield f"Not compared, and grey on the base: {match}. [C01]"
     if result.coverage < 1:
         lost = int((~result.correspondence.found).sum())
         yield f"{lost} nodes found no partner; they are grey, not unchanged. [C02]"
+    if result.audit.perturbed_coverage < _COVERED:
+        missed = 1 - result.audit.perturbed_coverage
+        yield f"{missed:.1%} of the perturbed surface is the partner of nothing. [C02]"
+    if result.audit.turned.any():
+        yield (
+            f"{result.audit.folded:.1%} of the base is matched to places in the wrong order: "
+            "triangles turned over on the way. [C05]"
+        )
     silent = np.isnan(result.change).any(axis=1) & result.correspondence.found
     if silent.any():
         yield (
@@ -182,6 +196,14 @@ def _shape(result: Comparison) -> Iterator[str]:
 
 
 def _pairs(result: Comparison) -> Iterator[str]:
+    sizes = np.sqrt(np.nanmean(result.change**2, axis=0))
+    if result.methods.is_heat and sizes[0] > _STILL_THERE * sizes.max():
+        radius = diffusion_radius(result.times[0])
+        yield (
+            f"At the smallest scale that the pairs resolve ({radius:.3g}) the change is still "
+            f"{sizes[0] / sizes.max():.0%} of its largest: some of it is finer. Ask for more "
+            "eigenpairs. [S07]"
+        )
     used = len(result.base_pairs.values)
     if used < result.choices["pairs"]:  # type: ignore[operator]
         yield f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"

@@ -32,6 +32,8 @@ _HALVINGS = 10
 _FLATTEST = 12  # points of each contour to start from
 _MOST_STARTS = 300
 _NEAR_BOX = 2.0  # cells
+_ALIKE = 0.5
+_AROUND = 2.0  # cells: where the contours differ because of a critical point
 _NEWTON = 40
 _ARRIVED = 1e-9  # cells
 _LEVEL = 1e-7  # of a cell's bend: a slope that no curvature explains is not critical
@@ -259,8 +261,9 @@ def _candidates(
 ) -> list[_Critical]:
     """Critical points near the contours' difference, the likeliest first.
 
-    The level at the point, in units of what the grid can hide, decides. Points that would
-    change the Euler characteristic the other way are left out.
+    The contours differ most where the topology changes. Points where they differ by less than
+    half of that are left out, and those that would change the Euler characteristic the other
+    way; that with the smallest level, in units of what the grid can hide, is first.
     """
     rims = first.topology.boundary_loops != last.topology.boundary_loops
     starts, held = _starts(scalar, _seeds(first, last), rims)
@@ -272,11 +275,32 @@ def _candidates(
         if not known and (rims or _right_way(scalar, critical, first, last)):
             found.append(critical)
 
-    def unlikely(critical: _Critical) -> float:
+    points, apart = _differences(first, last)
+
+    def difference(critical: _Critical) -> float:
+        near = (np.abs(points - critical.point) <= _AROUND * scalar.spacing).all(axis=1)
+        return float(apart[near].max(initial=0.0))
+
+    def level(critical: _Critical) -> float:
         level = float(scalar.level_set(critical.point[None], isovalue)[0][0])
         return abs(level) / _hidden(scalar, critical)
 
-    return sorted(found, key=unlikely)
+    differences = [difference(critical) for critical in found]
+    least = _ALIKE * max(differences, default=0.0)
+    likely = [c for c, size in zip(found, differences, strict=True) if size >= least]
+    return sorted(likely, key=level)
+
+
+def _differences(first: _State, last: _State) -> tuple[Floats, Floats]:
+    """Points (k, 3) of both contours, and their distance (k,) to the other; infinite for none."""
+    from scipy.spatial import cKDTree
+
+    clouds = [np.empty((0, 3)) if s.surface is None else s.surface.points for s in (first, last)]
+    ways = [
+        cKDTree(there).query(here)[0] if len(there) else np.full(len(here), np.inf)
+        for here, there in (clouds, clouds[::-1])
+    ]
+    return np.concatenate(clouds), np.concatenate(ways)
 
 
 def _equal(first: _Critical, second: _Critical, spacing: Floats) -> bool:

@@ -16,6 +16,7 @@ from ..difference import change_norm
 from ..geometry import Floats
 from ..isometry import Distortion
 from ..levels import Progress
+from ..matching import ComponentMatch
 from ._atomic import write_folder
 from ._writing import curved_grid, flat_triangles, seconds, stage, write_summary, write_vtk
 
@@ -93,7 +94,9 @@ def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
         "group": result.clusters.labels.astype(np.int32),
         "displacement": result.displacement,
         "deformation": result.partners - result.base.points,
-        "strain": result.distortion.at_nodes(result.base.triangles),
+        "partner": result.base.points + result.displacement,
+        "strain": result.strain,
+        "kind_of_change": result.kinds.astype(np.int8),
         "normal_displacement": result.correspondence.distance,
         "partner_found": found.astype(np.int8),
     }
@@ -110,6 +113,8 @@ def _change_grid(result: Comparison) -> pv.UnstructuredGrid:
     grid.point_data["noise_floor"] = result.noise_floor
     for name, values in _node_arrays(result).items():
         grid.point_data[name] = values
+    grid.cell_data["area_strain"] = result.distortion.area_strain
+    grid.cell_data["angle_strain"] = result.distortion.angle_strain
     grid.field_data[_columns_name(result)] = result.columns
     grid.set_active_scalars("change_norm")
     return grid
@@ -152,8 +157,11 @@ def _summary(result: Comparison) -> dict[str, Any]:
             "by_group": np.bincount(result.clusters.labels + 1).tolist()[1:],
         },
         "coverage": result.coverage,
+        "correspondence": result.audit.summary(),
         "topology": asdict(result.topology),
-        "area": {"base": result.base_pairs.area, "perturbed": result.perturbed_pairs.area},
+        "components": [_component(match) for match in result.components],
+        "extrinsic": result.extrinsic(),
+        "kinds_of_change": result.kind_shares,
         "mesh": {
             "base": result.base_quality.summary(),
             "perturbed": result.perturbed_quality.summary(),
@@ -178,6 +186,15 @@ def _summary(result: Comparison) -> dict[str, Any]:
             },
         },
         "timings_seconds": seconds(result.timings),
+    }
+
+
+def _component(match: ComponentMatch) -> dict[str, Any]:
+    """What became of a component."""
+    return {
+        "event": match.event,
+        "base": None if match.base_part is None else asdict(match.base_part),
+        "perturbed": None if match.perturbed_part is None else asdict(match.perturbed_part),
     }
 
 

@@ -10,6 +10,7 @@ from matplotlib.colors import Colormap, ListedColormap, to_rgb
 
 from ..comparison import Comparison
 from ..difference import change_norm
+from ..extrinsic import Kind
 from ..geometry import Floats
 from ..noise import SIGNIFICANCE
 from ._tessellate import at_pieces, nearest_nodes
@@ -29,6 +30,16 @@ MOVE_MAP = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
 
 _GROUP_COLORS = ("#56b4e9", "#e69f00", "#d55e00", "#009e73", "#cc79a7", "#0072b2", "#f0e442")
 # Okabe and Ito (2008), seen apart by colour-blind readers.
+
+
+KIND_COLORS = {
+    Kind.UNKNOWN: NO_PARTNER,
+    Kind.UNCHANGED: NEUTRAL,
+    Kind.MOVED: to_rgb("#56b4e9"),
+    Kind.BENT: to_rgb("#009e73"),
+    Kind.STRETCHED: to_rgb("#f0e442"),
+    Kind.NEW_SHAPE: to_rgb("#d55e00"),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +154,18 @@ def paint_groups(samples: Samples) -> Floats:
     return _unknown(palette[samples.groups], samples)
 
 
+def paint_strain(result: Comparison) -> Floats:
+    """Largest change of a length at each node, from 0 to :func:`strain_limit` (n, 3)."""
+    colors = mapped(NORM_MAP, result.strain / (strain_limit(result) or 1.0))
+    colors[np.isnan(result.strain)] = NO_PARTNER
+    return colors
+
+
+def paint_kinds(result: Comparison) -> Floats:
+    """Each kind of change in its colour (n, 3)."""
+    return np.array([KIND_COLORS[kind] for kind in Kind])[result.kinds - Kind.UNKNOWN]
+
+
 def hatched(colors: Floats, samples: Samples, places: Floats) -> Floats:
     """The colours (k, 3) with stripes in space over the places (k, 3) without a partner."""
     width = 0.03 * float(np.ptp(places, axis=0).max())
@@ -154,6 +177,12 @@ def norm_limit(result: Comparison) -> float:
     """Upper end of the colour scale: the largest significant norm, 0 if there is none."""
     shown = result.change_norm[result.significant]
     return float(np.nanmax(shown)) if len(shown) else 0.0
+
+
+def strain_limit(result: Comparison) -> float:
+    """Upper end of the strain's colour scale: its largest, 0 if it is unknown."""
+    known = result.strain[np.isfinite(result.strain)]
+    return float(known.max()) if len(known) else 0.0
 
 
 def move_limit(result: Comparison) -> float:

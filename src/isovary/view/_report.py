@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from plotly.offline import get_plotlyjs
 
 from ..comparison import Comparison
+from ..extrinsic import Kind
 from . import _paint as paint
 from ._overview import overview, prepare
 from ._panels import View
@@ -37,6 +38,8 @@ _MODES = {
     "scale": "Change at one scale",
     "groups": "Groups",
     "displacement": "Displacement",
+    "strain": "Strain",
+    "kinds": "Kind of change",
     "noise": "Noise floor",
 }
 
@@ -131,6 +134,7 @@ def _keys(view: View) -> str:
     result = view.result
     limit, moved = paint.norm_limit(result), paint.move_limit(result)
     noise, scale = noise_limit(result), scale_limit(result)
+    stretch = paint.strain_limit(result)
     steps = len(result.columns) - 1
     slider = (
         f'<p><label>Scale <input id="scale" type="range" min="0" max="{steps}" '
@@ -151,6 +155,11 @@ def _keys(view: View) -> str:
             paint.MOVE_MAP, f"{-moved:.3g}", f"{moved:.3g}", "along the normal (length)", moved
         )
         + _patches(lost),
+        "strain": _bar(
+            paint.NORM_MAP, "0 %", percent(stretch), "largest change of a length", stretch
+        )
+        + _patches(lost),
+        "kinds": _patches(*_kind_patches(result)),
         "noise": _bar(paint.NORM_MAP, "0 %", percent(noise), "mean numerical error", noise)
         + _patches(lost),
     }
@@ -184,6 +193,15 @@ def _group_patches(view: View) -> list[str]:
         for k, (color, (share, mean)) in enumerate(zip(colors, shares, strict=True))
     ]
     return [*patches, _patch(to_hex(paint.NEUTRAL), "no group")]
+
+
+def _kind_patches(result: Comparison) -> list[str]:
+    shares = result.kind_shares
+    return [
+        _patch(to_hex(paint.KIND_COLORS[kind]), f"{kind.words}: {percent(shares[kind.words])}")
+        for kind in Kind
+        if shares[kind.words] > 0
+    ]
 
 
 def _tables(result: Comparison) -> str:

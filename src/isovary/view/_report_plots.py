@@ -127,6 +127,8 @@ def mode_colors(result: Comparison) -> dict[str, list[str]]:
         "change": paint.paint_norm(samples, limit),
         "groups": paint.paint_groups(samples),
         "displacement": paint.paint_displacement(samples, moved),
+        "strain": paint.paint_strain(result),
+        "kinds": paint.paint_kinds(result),
         "noise": paint.paint_noise(samples, noise_limit(result)),
     }
     return {mode: [to_hex(color) for color in colors] for mode, colors in painted.items()}

@@ -87,6 +87,7 @@ def facts(result: Comparison) -> dict[str, str]:
     columns, choices = result.columns, result.choices
     shape = "curved quadratic" if result.base.order == 2 else "flat linear"
     areas = result.base_pairs.area, result.perturbed_pairs.area
+    motion, strain = result.alignment, result.distortion.strain
     return {
         "mesh": f"{vertices} vertices, {nodes} nodes, {shape} elements",
         "eigenpairs": str(len(result.base_pairs.values)),
@@ -99,6 +100,9 @@ def facts(result: Comparison) -> dict[str, str]:
         "interpolation": str(choices.get("interpolation", "?")),
         "noise floor": f"{percent(result.relative_noise)} of the change (rms)",
         "topology": _shape(result),
+        "rigid motion": f"{'taken out' if choices['alignment'] == 'rigid' else 'left in'}: "
+        f"{motion.motion}, {percent(motion.share)} of the squared distance",
+        "strain": f"{percent(strain)} (rms) between corresponding places",
         "area": f"base {areas[0]:.5g}, perturbed {areas[1]:.5g} "
         f"({100 * (areas[1] / areas[0] - 1):+.2g} %)",
         "isovary": version("isovary"),
