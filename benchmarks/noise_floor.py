@@ -168,6 +168,45 @@ def true_change(
     before = iv.heat_kernel_signature(more, result.times)
     other = iv.eigenpairs(iv.fem(second), len(more.values), start=more)
     after = iv.heat_kernel_signature(other, result.times)
-    scale = iv.heat_trace_scale(result.base_pairs, result.times)
+    scale = iv.heat_trace_scale(more, result.times)
     change = iv.signature_difference(before, after, scale)
     return iv.interpolate(iv.closest_point(result.base, first), first, change)
+
+
+@dataclass(frozen=True)
+class Null:
+    """Two fields of one shape."""
+
+    family: str
+    base: iv.ScalarField
+    perturbed: iv.ScalarField
+    isovalue: float
+    vertices: int
+
+
+def rotation(rng: np.random.Generator, degrees: float) -> np.ndarray:
+    axis = rng.standard_normal(3)
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    angle = np.radians(degrees)
+    turn: np.ndarray = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return turn
+
+
+def nulls(count: int, seed: int) -> Iterator[Null]:
+    """Every shape sampled on another grid, shifted, turned by 5 degrees, and with white noise."""
+    for number in range(count):
+        for family in FAMILIES:
+            rng = np.random.default_rng([seed, 3, number])
+            value, _, half_width, isovalue = FAMILIES[family](rng)
+            shift, turn = 0.1 * rng.standard_normal(3), rotation(rng, 5.0)
+            base = sampled(value, half_width, 25)
+            noise = rng.choice([0.001, 0.003, 0.01]) * rng.standard_normal(base.values.shape)
+            others = {
+                "on 25 and 28 samples": sampled(value, half_width, 28),
+                "shifted": sampled(lambda p: value(p - shift), half_width, 25),
+                "turned by 5 degrees": sampled(lambda p: value(p @ turn), half_width, 25),
+                "white noise on one": replace(base, values=base.values + noise),
+            }
+            for name, other in others.items():
+                yield Null(name, base, other, isovalue, int(rng.integers(250, 501)))

@@ -149,6 +149,58 @@ def test_a_twisted_bar_slips_as_bredt_says():
     assert np.abs(bar(twist).value(carried.points)).max() < 1e-9
 
 
+@pytest.mark.parametrize(
+    ("radius", "shift"),
+    [(1.05, (0, 0, 0)), (1.3, (0, 0, 0)), (1.0, (0, 0.2, 0)), (1.0, (-0.1, 0, 0))],
+)
+def test_a_rim_slides_in_its_face(radius, shift):
+    """Oracle: analytic. A sphere that a face cuts obliquely, grown or shifted: the rim moves far
+    more than the sphere, within its face, the nodes nearby follow and no triangle turns over.
+    """
+
+    def cut(radius, shift):
+        return iv.ScalarField.from_function(
+            lambda p: -(((p - np.array(shift)) / radius) ** 2).sum(axis=-1),
+            ((-0.8, -1.6, -1.6), (1.6, 1.6, 1.6)),
+            (21, 33, 33),
+        )
+
+    base = iv.marching_cubes(cut(1.0, (0, 0, 0)), -1.0, vertices=400)
+    rim = rim_nodes(base.triangles)
+    for carried, match in (
+        iv.carry(base, cut(radius, shift), -1.0),
+        carry_isometrically(base, [cut(radius, shift)], -1.0),
+    ):
+        assert match.found.all()
+        out = np.linalg.norm(carried.points - np.array(shift), axis=1)
+        np.testing.assert_allclose(out, radius, atol=1e-9)
+        np.testing.assert_array_equal(carried.points[rim, 0], base.points[rim, 0])
+        turn = (carried.points[rim] - shift)[:, 1:]
+        ring = np.sqrt(radius**2 - (0.8 + shift[0]) ** 2)
+        np.testing.assert_allclose(np.linalg.norm(turn, axis=1), ring, atol=1e-9)
+        assert (facing(carried.points, carried.triangles, carried.normals) > 0).all()
+    if shift == (0, 0.2, 0):  # within the face: an isometry, but for a turn about x
+        assert iv.distortion(base, carried.points).strain < 1e-6
+
+
+def test_a_corner_of_a_rim_stays_on_its_edge():
+    """Oracle: analytic. A cylinder's quarter cut by three faces: corners on edges do not slide."""
+
+    def quarter(radius):
+        return iv.ScalarField.from_function(
+            lambda p: radius - np.hypot(p[..., 0], p[..., 1]),
+            ((0.3, 0.2, 0), (2, 2, 1)),
+            (35, 37, 21),
+        )
+
+    base = iv.marching_cubes(quarter(1.0), 0.0, vertices=200)
+    carried, _ = carry_isometrically(base, [quarter(1.1)], 0.0)
+    for axis, face in ((0, 0.3), (1, 0.2), (2, 0.0), (2, 1.0)):
+        on = np.abs(base.points[:, axis] - face) < 1e-9
+        assert on.any()
+        np.testing.assert_array_equal(carried.points[on, axis], base.points[on, axis])
+
+
 def test_a_sphere_does_not_turn():
     """Oracle: symmetry. Any turn is as good: the nodes of a grown sphere move straight out."""
     base = iv.icosphere(3)

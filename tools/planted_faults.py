@@ -256,7 +256,7 @@ FAULTS = (
     Fault(
         "compare: noise floor of another operator",
         "comparison.py",
-        "            laplacian=level.methods.laplacian,\n",
+        "            laplacian=methods.laplacian,\n",
         "",
         (METHODS,),
     ),

@@ -54,7 +54,13 @@ from .laplacian import (
     uniform_graph,
 )
 from .level_sets import BlendedField, MovedField
-from .matching import Component, ComponentMatch, component_table, match_components
+from .matching import (
+    Component,
+    ComponentMatch,
+    component_table,
+    match_components,
+    part_of,
+)
 from .meshing import (
     better_interpolation,
     contour,
@@ -90,6 +96,7 @@ from .signature import (
     wave_kernel_signature,
 )
 from .spectrum import drop_cut_multiplet, eigenpairs
+from .topology_change import TopologyChange, blended, sweep_family, topology_change
 
 __version__ = _version("isovary")
 
@@ -123,9 +130,11 @@ __all__ = [
     "SpectrumError",
     "Surface",
     "Topology",
+    "TopologyChange",
     "align",
     "audit",
     "better_interpolation",
+    "blended",
     "carry",
     "carry_isometrically",
     "change_norm",
@@ -173,6 +182,7 @@ __all__ = [
     "noise_floor",
     "nonuniform_sizing",
     "normal_rays",
+    "part_of",
     "particles",
     "point_cloud",
     "principal_curvatures",
@@ -188,7 +198,9 @@ __all__ = [
     "sheet",
     "signature_difference",
     "signature_kind",
+    "sweep_family",
     "topology",
+    "topology_change",
     "torus",
     "truncation_floor",
     "uniform_graph",

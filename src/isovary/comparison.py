@@ -16,7 +16,7 @@ from .checks import check_fields, check_methods, check_numbers
 from .clustering import k_medians
 from .correspondence import CorrespondenceAudit, audit, closest_point, interpolate
 from .difference import change_norm
-from .errors import ArgumentError, IsovaryError
+from .errors import ArgumentError, CorrespondenceError, IsovaryError
 from .extrinsic import Kind, extrinsic_summary, kinds_of_change
 from .geometry import Bools, Floats, Ints, Topology, node_areas, topology
 from .isometry import Distortion, distortion
@@ -47,6 +47,7 @@ from .rigid_motion import RigidMotion
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
 from .signature import heat_kernel_signature
+from .topology_change import sweep_family, topology_change
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -384,15 +385,20 @@ def compare(
             members,
             only_matching,
         )
-        solved = refined_levels(
-            partial(make_level, task, walk),
-            task,
-            times,
-            walk,
-            vertices=vertices,
-            accuracy=accuracy,
-            noise_meshes=noise_meshes,
-        )
+        try:
+            solved = refined_levels(
+                partial(make_level, task, walk),
+                task,
+                times,
+                walk,
+                vertices=vertices,
+                accuracy=accuracy,
+                noise_meshes=noise_meshes,
+            )
+        except CorrespondenceError as error:
+            if error.code == "C01":
+                error.add_note(_where_topology_changes(fields, isovalue))
+            raise
     level, samples = solved.level, solved.samples
     with walk.stage("signatures and noise floor"):
         before, after, change = level.change(samples)
@@ -464,6 +470,20 @@ def compare(
     )
     others = (text for text in warned if not text.endswith("[M14]"))  # reader_notes tells it
     return replace(result, notes=(*reader_notes(result, accuracy or WANTED_NOISE), *others))
+
+
+def _where_topology_changes(fields: Sequence[ScalarField], isovalue: float) -> str:
+    """Between which two fields, and where, in a sentence for the error."""
+    try:
+        family = sweep_family(range(len(fields)), fields, isovalue)
+        found = topology_change(family, 0, len(fields) - 1)
+    except IsovaryError as error:
+        return f"where it happens cannot be told: {error}"
+    place = ", ".join(f"{x:.4g}" for x in found.place)
+    return (
+        f"{found.kind}: at {found.parameter:.4g} on the way from the base (0) to the perturbed "
+        f"field ({len(fields) - 1}), values between the fields mixed, near ({place})"
+    )
 
 
 def _alignments(

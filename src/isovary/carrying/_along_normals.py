@@ -20,6 +20,7 @@ from ..records import Correspondence, Surface
 
 _NEWTON_STEPS = 60
 _LOST_LIMIT = 0.5
+_FOLLOWING = 4.0  # how far a rim's slide reaches, in its own length
 
 
 def carry(
@@ -32,7 +33,8 @@ def carry(
     the base; both directions are searched. Connectivity stays, so the
     correspondence is known and the discretization errors of the two
     signatures cancel. Nodes on a face of the field's box move within it, along
-    the part of their normal that lies in the face.
+    the part of their normal that lies in the face; what this moves them along the
+    surface the nodes nearby follow, less with distance, before their own rays.
 
     Parameters
     ----------
@@ -94,10 +96,11 @@ def carry(
     if not reach > 0:
         raise ArgumentError("A02", f"reach: expected a positive length, got {reach}")
     rays = _directions(surface, field)
-    distance, hits = _nearest_roots(surface.points, rays, field, isovalue, reach)
+    starts = surface.points + _rim_followed(surface, rays, field, isovalue, reach)
+    distance, hits = _nearest_roots(starts, rays, field, isovalue, reach)
     found = np.isfinite(distance)
     _check_lost(found, reach)
-    points = surface.points + distance[:, None] * rays
+    points = starts + distance[:, None] * rays
     if not found.all():
         points = _filled(surface, points, found, field, isovalue)
     carried = Surface(points, surface.triangles, outward_normals(points, field, isovalue))
@@ -121,6 +124,53 @@ def _directions(surface: Surface, field: LevelSet) -> Floats:
     length = np.linalg.norm(within, axis=1, keepdims=True)
     rays: Floats = np.where(length > 0.1, within / np.maximum(length, 0.1), np.nan)
     return rays
+
+
+def _rim_followed(
+    surface: Surface, rays: Floats, field: LevelSet, isovalue: float, reach: float
+) -> Floats:
+    """Tangential moves (n, 3) by which nodes follow a rim that slides in its face; 0 without rim.
+
+    Screened diffusion of the rim's own, over a length of four times its largest.
+    """
+    rim = np.flatnonzero(faces_held(surface.points, field).any(axis=1))
+    moves = np.zeros_like(surface.points)
+    if len(rim) == 0:
+        return moves
+    distance, _ = _nearest_roots(surface.points[rim], rays[rim], field, isovalue, reach)
+    rim, distance = rim[np.isfinite(distance)], distance[np.isfinite(distance)]
+    along = distance[:, None] * rays[rim]
+    normals = surface.normals[rim]
+    along -= np.einsum("nd,nd->n", along, normals)[:, None] * normals
+    length = _FOLLOWING * float(np.linalg.norm(along, axis=1).max(initial=0.0))
+    if length == 0:
+        return moves
+    moves = _diffused(surface, rim, along, length)
+    moves -= np.einsum("nd,nd->n", moves, surface.normals)[:, None] * surface.normals
+    moves[rim] = 0  # their own rays carry them
+    return moves
+
+
+def _diffused(surface: Surface, fixed: Ints, values: Floats, length: float) -> Floats:
+    """Values (n, 3) that are given at some nodes and fall off with a length from there."""
+    from scipy.sparse import coo_array, csgraph, diags_array
+    from scipy.sparse.linalg import spsolve
+
+    pieces = linear_triangles(surface.triangles)
+    i, j = np.concatenate([pieces[:, list(pair)] for pair in EDGES]).T
+    edge = float(np.median(np.linalg.norm(surface.points[i] - surface.points[j], axis=1)))
+    size = len(surface.points)
+    links = coo_array((np.ones(2 * len(i)), (np.r_[i, j], np.r_[j, i])), shape=(size, size))
+    operator = csgraph.laplacian(links.tocsr().sign()) + diags_array(
+        np.full(size, (edge / length) ** 2)
+    )
+    held = np.zeros(size)
+    held[fixed] = 1
+    right = np.zeros((size, 3))
+    right[fixed] = values
+    matrix = diags_array(1 - held) @ operator + diags_array(held)
+    spread: Floats = np.asarray(spsolve(matrix.tocsc(), right))
+    return spread
 
 
 def _nearest_roots(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import CorrespondenceError
+from ..errors import ArgumentError, CorrespondenceError
 from ..geometry import (
     EDGES,
     Floats,
@@ -18,17 +18,18 @@ from ..geometry import (
     shape_functions,
     topology,
 )
-from ..isometry import Landing, facing, slide, tangent_frames
+from ..isometry import Landing, distortion, facing, slide, tangent_frames
 from ..records import Correspondence, Surface
 from ._closest_point import closest_point, nearest
 from ._elements import position
 from ._interpolate import interpolate
 from ._normal_rays import normal_rays
 
-_WIDTHS = (1.0, 4.0, 16.0, 64.0)  # in edges, over which a folded start is smoothed
+_WIDTHS = (2.0, 6.0, 20.0, 60.0)  # in edges, over which a folded start is smoothed
+_ROUNDS = 4  # of smoothing and going back onto the surface
 _CORNER = np.cos(np.pi / 4)  # cosine of the turn from which on a rim has a corner
 _SAMPLES = 16  # of a rim edge, to find the nearest
-_STEPS = 8
+_STEPS = 8  # of Newton along a rim edge
 
 
 def isometric_match(
@@ -42,8 +43,9 @@ def isometric_match(
     Rays and closest points, which know nothing of lengths, slide points past each other there.
 
     Rims go to rims and slide along them. Their corners, where a rim turns by more than 45
-    degrees, stay at the perturbed rims' corners if there are as many. Where the start turns
-    triangles over, closest points are tried, then both smoothed over 1 to 64 edges.
+    degrees, stay at the perturbed rims' corners if there are as many, each at the nearest that
+    the others leave. Where the start turns triangles over, closest points and both smoothed over
+    2 to 60 edges are tried, and the least strained that turns none over is taken.
 
     Parameters
     ----------
@@ -61,11 +63,17 @@ def isometric_match(
     ------
     CorrespondenceError
         C01 for surfaces of different topology; C05 if every start turns triangles over.
+    ArgumentError
+        A03 for a start that belongs to other surfaces.
 
     Notes
     -----
-    Cost: for each of 5 to 50 steps that of :func:`closest_point` and a sparse factorization of
-    2 n unknowns; some 3 s for 2 000 nodes.
+    The least strain near the start is found, which may not be the least of all: bring surfaces
+    that were turned far to lie on each other first. A motion that changes no length, such as a
+    sphere's turn, is decided by the meshes' errors: on curved elements it is nothing, on coarse
+    flat ones up to a part of an edge.
+    Cost: for each of some 5 to 20 steps that of :func:`closest_point` and a sparse factorization
+    of 2 n unknowns, 1 to 2 s for 2 000 nodes; as much again where the start has to be smoothed.
 
     Examples
     --------
@@ -83,7 +91,7 @@ def isometric_match(
     _check_topology(base, perturbed)
     ground = _ground(base, perturbed)
     points = slide(base, _unfolded(base, ground, start), ground)
-    triangle, barycentric = ground.places(points)
+    triangle, barycentric, _ = ground.places(points)
     offset = position(perturbed, triangle, barycentric) - base.points
     side = np.where(np.einsum("nd,nd->n", offset, base.normals) >= 0, 1.0, -1.0)
     distance = side * np.linalg.norm(offset, axis=1)
@@ -186,13 +194,8 @@ class _Ground:
     held: Ints
     corners: Floats
 
-    def places(self, points: Floats) -> tuple[Ints, Floats]:
-        """Triangle (n,) and barycentric coordinates (n, 3) where points (n, 3) land."""
-        triangle, barycentric, _ = self._landed(points)
-        return triangle, barycentric
-
     def __call__(self, points: Floats) -> Landing:
-        triangle, barycentric, along = self._landed(points)
+        triangle, barycentric, along = self.places(points)
         landed = position(self.surface, triangle, barycentric)
         weights = shape_functions(barycentric, self.surface.order)
         around = self.surface.normals[self.surface.triangles[triangle]]
@@ -203,8 +206,8 @@ class _Ground:
         frames[self.held] = 0
         return Landing(landed, normals, frames, np.ones(len(points), dtype=bool))
 
-    def _landed(self, points: Floats) -> tuple[Ints, Floats, Floats]:
-        """Triangles, coordinates, and the rim's unit direction (r, 3) at the nodes on it."""
+    def places(self, points: Floats) -> tuple[Ints, Floats, Floats]:
+        """Triangle (n,) and coordinates (n, 3) of each node, the rim's direction (r, 3) there."""
         if len(self.on_rim) == 0:
             return *nearest(points, self.surface), np.empty((0, 3))
         triangle, barycentric = np.empty(len(points), dtype=np.int64), np.empty((len(points), 3))
@@ -240,13 +243,19 @@ def _unit(vectors: Floats) -> Floats:
 
 
 def _unfolded(base: Surface, ground: _Ground, start: Correspondence | None) -> Floats:
-    """The first start, of those that there are, that turns no triangle over."""
-    fewest = np.arange(len(base.triangles))
-    for landing in _starts(base, ground, start):
-        turned = np.flatnonzero(facing(landing.points, base.triangles, landing.normals) <= 0)
-        if len(turned) == 0:
-            return landing.points
+    """The given start or rays, unless they turn triangles over: then the least strained start."""
+    fewest, least, best = np.arange(len(base.triangles)), np.inf, None
+    for number, landing in enumerate(_starts(base, ground, start)):
+        turned = _turned(base, landing)
         fewest = min(fewest, turned, key=len)
+        if len(turned) == 0:
+            strain = distortion(base, landing.points).strain
+            if strain < least:
+                least, best = strain, landing.points
+            if number == 0:
+                break  # as wanted: no other is looked for
+    if best is not None:
+        return best
     raise CorrespondenceError(
         "C05",
         f"triangles: expected a start that turns none over, got {len(fewest)} at best, first "
@@ -255,20 +264,37 @@ def _unfolded(base: Surface, ground: _Ground, start: Correspondence | None) -> F
     )
 
 
+def _turned(base: Surface, landing: Landing) -> Ints:
+    """Triangles that are turned over."""
+    return np.flatnonzero(facing(landing.points, base.triangles, landing.normals) <= 0)
+
+
 def _starts(base: Surface, ground: _Ground, start: Correspondence | None) -> Iterator[Landing]:
     """The given start or rays, closest points, both smoothed, each on the other surface."""
     other = ground.surface
     near = interpolate(closest_point(base, other), other, other.points)
     given = normal_rays(base, other) if start is None else start
+    if len(given.triangle) != len(base.points):
+        raise ArgumentError(
+            "A03",
+            f"start: expected {len(base.points)} nodes, got {len(given.triangle)}; give one made "
+            "from the same base",
+        )
     first = np.where(given.found[:, None], interpolate(given, other, other.points), near)
     landings = []
     for points in (first, near):
         landings.append(ground(points))
         yield landings[-1]
     smooth = _smoothing(base, ground.held)
-    for width in _WIDTHS:
-        for landing in landings:
-            yield ground(base.points + smooth(landing.points - base.points, width))
+    for landing in landings:
+        for width in _WIDTHS:
+            smoothed = landing
+            for _ in range(_ROUNDS):
+                moves = smooth(smoothed.points - base.points, width)
+                smoothed = ground(base.points + moves)
+                if len(_turned(base, smoothed)) == 0:
+                    break
+            yield smoothed
 
 
 def _smoothing(base: Surface, held: Ints) -> Callable[[Floats, float], Floats]:
