@@ -36,7 +36,9 @@ def write_field(path: Path, field: iv.ScalarField) -> Path:
 def files(tmp_path_factory) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("fields")
     base = write_field(folder / "base.npz", ellipsoid_field())
-    return base, write_field(folder / "perturbed.npz", ellipsoid_field((1.0, 1.03, 2.0)))
+    return base, write_field(
+        folder / "perturbed.npz", ellipsoid_field((1.0, 1.03, 2.0), shift=(0.02, 0.0, 0.0))
+    )
 
 
 def isovary(*words) -> subprocess.CompletedProcess[str]:
@@ -81,7 +83,11 @@ def test_data_files_hold_the_comparison(run, result):
         "change_norm": result.change_norm,
         "significant": result.significant,
         "group": result.clusters.labels,
-        "displacement": result.perturbed.points - result.base.points,
+        "partner": result.perturbed_in_place.points,
+        "displacement": result.perturbed_in_place.points - result.base.points,
+        "deformation": result.perturbed.points - result.base.points,
+        "strain": result.strain,
+        "kind_of_change": result.kinds,
         "partner_found": np.ones(len(result.base.points)),
     }
     for name, values in expected.items():
@@ -90,7 +96,11 @@ def test_data_files_hold_the_comparison(run, result):
     page = (Path(__file__).parents[1] / "docs" / "files.md").read_text("utf-8")
     assert [name for name in grid.point_data if f"`{name}`" not in page] == []
     moved = pv.read(run[0] / "perturbed.vtu")
-    np.testing.assert_allclose(moved.points, result.perturbed.points, atol=1e-12)
+    np.testing.assert_allclose(moved.points, result.perturbed_in_place.points, atol=1e-12)
+    assert np.abs(moved.points - result.perturbed.points).max() > 1e-3  # it was aligned
+    strains = iv.distortion(result.base, result.perturbed.points)
+    np.testing.assert_allclose(grid.cell_data["area_strain"], strains.area_strain, atol=1e-12)
+    np.testing.assert_allclose(grid.cell_data["angle_strain"], strains.angle_strain, atol=1e-12)
     flat = pv.read(run[0] / "change.vtp")
     assert flat.is_all_triangles
     assert flat.n_cells == 4 * len(result.base.triangles)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
+from math import comb
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,7 +13,7 @@ from numpy.typing import ArrayLike
 from .carrying import carry, carry_isometrically
 from .correspondence import closest_point, interpolate
 from .difference import signature_difference
-from .geometry import EDGES, Floats, linear_triangles
+from .geometry import EDGES, Bools, Floats, linear_triangles
 from .laplacian import fem
 from .level_sets import LevelSet, moved
 from .meshing import interpolation_errors
@@ -27,6 +28,9 @@ SIGNIFICANCE = 2.0
 """A change counts where its norm exceeds this many noise floors: two standard errors."""
 
 _SMOOTHINGS = 4
+_STANDARD_ERRORS = 2.0  # in a floor: 95 % of a normal distribution
+_NORMAL_MEDIAN = 0.6745  # median size of a normal distribution, in standard deviations
+_MOST_DIFFERENCES = 4  # along each axis
 
 
 def noise_floor(
@@ -40,15 +44,17 @@ def noise_floor(
     """Numerical error of a change at each node and time, from a second, coarser base mesh.
 
     The same comparison was made on two base meshes of one isosurface. Their
-    difference d at corresponding places is squared, averaged over a
-    neighbourhood of four rings of nodes, and its root taken: a local root mean
-    square, so that a chance agreement at one node does not pass for accuracy.
-    With r times fewer vertices the coarser mesh errs r^order times more
-    (h^2 for flat, h^4 for curved elements), so the finer one errs by
-    d / (r^order - 1); the floor is that or d, whichever is larger. It does not
+    difference d is taken at the coarser mesh's nodes, where it contains the least error of
+    interpolation, squared, averaged over a neighbourhood of four rings of nodes, and its root
+    taken: a local root mean square, so that a chance agreement at one node does not pass for
+    accuracy. With r times fewer vertices the coarser mesh errs g = r^order times more
+    (h^2 for flat, h^4 for curved elements). The two errors then differ by at least g - 1 times
+    the finer one's, which they do if they have the same sign everywhere, so its standard error
+    is at most d / (g - 1); the floor is two of these, which a normally distributed error keeps
+    below at 95 % of the nodes. More than r = 2 is taken for 2. The floor does not
     contain what both meshes share: the sampling of the fields
-    (:func:`sampling_floor` does), the number of eigenpairs, and the error that a graph
-    Laplacian makes on every mesh alike.
+    (:func:`sampling_floor` does), the number of eigenpairs (:func:`truncation_floor` does), and
+    the error that a graph Laplacian makes on every mesh alike.
 
     Parameters
     ----------
@@ -70,22 +76,25 @@ def noise_floor(
 
     Notes
     -----
-    Cost: one closest-point search, 20 microseconds a node.
+    Cost: two closest-point searches, 20 microseconds a node.
 
     Examples
     --------
-    Two meshes that differ by 0.25 everywhere:
+    Curved meshes with about four times the vertices of one another, taken for twice: a
+    difference of 0.75 everywhere is 3 times the error, and the floor twice that.
 
     >>> from isovary.shapes import icosphere
     >>> fine, coarse = icosphere(2), icosphere(1)
-    >>> floor = noise_floor(fine, np.ones((642, 1)), coarse, np.full((162, 1), 0.75))
+    >>> floor = noise_floor(fine, np.ones((642, 1)), coarse, np.full((162, 1), 0.25))
     >>> float(floor.min().round(9)), float(floor.max().round(9))
-    (0.25, 0.25)
+    (0.5, 0.5)
     """
-    there = interpolate(closest_point(surface, coarse), coarse, coarse_change)
-    floor = _local_rms(surface, change - there)
+    here = interpolate(closest_point(coarse, surface), surface, change)
+    rms = _local_rms(coarse, here - coarse_change)
+    flat = Surface(coarse.points, linear_triangles(coarse.triangles), coarse.normals)
     gain = _refinement(surface, coarse) ** (order or surface.order)
-    return floor * max(1.0, 1.0 / (gain - 1.0))
+    floor = interpolate(closest_point(surface, flat), flat, rms)  # linear: nowhere negative
+    return _STANDARD_ERRORS / (gain - 1) * floor
 
 
 def sampling_floor(
@@ -100,17 +109,24 @@ def sampling_floor(
     isometric: bool = True,
     laplacian: Operator = fem,
     signature: Signature = heat_kernel_signature,
+    rng: int = 7,
 ) -> Floats:
     """Numerical error of a change due to the samples of the fields, from every other sample.
 
     The carried change is computed with splines through all samples and through
     every other one, on one mesh. If halving the spacing divides the error by q,
-    a (q - 1)th of the difference is the error with all samples; its local root
-    mean square is taken as in :func:`noise_floor`. q is measured: the error of
+    a (q - 1)th of the difference is the error with all samples; two of its local root
+    mean squares are taken as in :func:`noise_floor`. q is measured: the error of
     every fourth sample over that of every other
     (:func:`isovary.interpolation_errors`), at most 16, the cubic spline's own,
-    and at least 2; noise in the data shows as a small q. Sampling errors that
-    both fields share cancel, as they do in the change.
+    and at least 2. Sampling errors that both fields share cancel, as they do in the change.
+
+    White noise does not fall with the spacing, and little of it hides behind the spline's
+    error at every other sample. Its size is read off the samples' differences near the
+    isosurface, up to the fourth along every axis, which leave of a smooth field almost nothing
+    (Moré and Wild); noise of that size is added to both fields, and what that does to the
+    change is the other part of the floor: the root of the sum of the squares. Noise that
+    neighbouring samples share, as after smoothing, is not seen.
 
     Parameters
     ----------
@@ -129,6 +145,8 @@ def sampling_floor(
         Carried isometrically, or along the normals.
     laplacian, signature : callable
         As in :func:`isovary.compare`.
+    rng : int
+        Seed of the noise that is added.
 
     Returns
     -------
@@ -143,7 +161,11 @@ def sampling_floor(
 
     Notes
     -----
-    Cost: four eigensolves on the mesh given.
+    Cost: six eigensolves on the mesh given.
+
+    References
+    ----------
+    J. J. Moré, S. M. Wild, SIAM J. Sci. Comput. 33 (2011) 1292-1314, for the size of the noise.
 
     Examples
     --------
@@ -162,10 +184,15 @@ def sampling_floor(
         _carried_change, surface, isovalue, pairs, times, Methods(laplacian, signature), isometric
     )
     motion = motion or RigidMotion()
-    all_samples = change(base, moved(perturbed, motion))
-    half_samples = change(_every_other(base), moved(_every_other(perturbed), motion))
-    gain = min(_gain(base, isovalue), _gain(perturbed, isovalue))
-    return _local_rms(surface, half_samples - all_samples) / (gain - 1)
+    pair, chance = (base, perturbed), np.random.default_rng(rng)
+    halves = [_every_other(field) for field in pair]
+    noisy = [_with_more_noise(field, isovalue, chance) for field in pair]
+    all_samples, half_samples, more_noise = (
+        change(first, moved(second, motion)) for first, second in (pair, halves, noisy)
+    )
+    gain = min(_gain(field, isovalue) for field in pair)
+    smooth = _local_rms(surface, half_samples - all_samples) / (gain - 1)
+    return _STANDARD_ERRORS * np.hypot(smooth, _local_rms(surface, more_noise - all_samples))
 
 
 def carried(
@@ -182,11 +209,12 @@ def truncation_floor(
 ) -> Floats:
     """Error of a change by the eigenpairs that were left out, from leaving out some more.
 
-    By Weyl's law eigenvalues have a constant density, so the heat trace beyond an eigenvalue m
-    is in proportion to exp(-m t). Between m' and m lies the part exp(-m' t) - exp(-m t), and the
-    difference of the two changes shows what it does; what lies beyond m is
-    1 / (exp((m - m') t) - 1) times as much. Its local root mean square is taken as in
-    :func:`noise_floor`.
+    By Weyl's law eigenvalues have a constant density, and where lengths change by some factor
+    all of them change by another, c: exp(-c m t) by m t exp(-m t) for a small change of c. So
+    the change beyond an eigenvalue m is in proportion to F(m) = (1 + m t) exp(-m t). Between m'
+    and m lies the part F(m') - F(m), and the difference of the two changes shows what it does;
+    what lies beyond m is F(m) / (F(m') - F(m)) times as much. Two of its local root mean
+    squares are taken as in :func:`noise_floor`.
 
     Parameters
     ----------
@@ -210,16 +238,18 @@ def truncation_floor(
 
     Examples
     --------
-    Where m - m' = ln 2 / t as much lies beyond m as between m' and m:
+    F(0) = 1, and F(1) = 2 / e at t = 1: beyond 1 lies 2 / (e - 2) times what lies below, and the
+    floor is twice that.
 
     >>> from isovary.shapes import icosphere
     >>> here = np.ones((162, 1))
-    >>> floor = truncation_floor(icosphere(1), here, here - 0.25, [1, 1 + np.log(2)], [1.0])
+    >>> floor = truncation_floor(icosphere(1), here, here - (np.e - 2) / 4, [0, 1], [1.0])
     >>> float(floor.min().round(9)), float(floor.max().round(9))
-    (0.25, 0.25)
+    (1.0, 1.0)
     """
-    beyond = 1 / np.expm1(np.diff(last) * np.asarray(times))
-    floor: Floats = _local_rms(surface, change - fewer) * beyond
+    fewest, most = np.multiply.outer(np.asarray(last, dtype=float), np.asarray(times))
+    part = (1 + most) / (1 + fewest) * np.exp(fewest - most)
+    floor: Floats = _STANDARD_ERRORS * _local_rms(surface, change - fewer) * part / (1 - part)
     return floor
 
 
@@ -240,6 +270,44 @@ def _gain(field: ScalarField, isovalue: float) -> float:
     quarter = interpolation_errors(_every_other(field), isovalue).get(name, np.nan)
     ratio = quarter / half if half > 0 else 16.0
     return float(np.clip(np.nan_to_num(ratio, nan=2.0), 2.0, 16.0))
+
+
+def _with_more_noise(field: ScalarField, isovalue: float, rng: np.random.Generator) -> ScalarField:
+    """The field with as much white noise again as its samples show."""
+    noise = _noise_of_samples(field, isovalue) * rng.standard_normal(field.values.shape)
+    rough = field.values * np.exp(noise) if field.logarithmic else field.values + noise
+    return replace(field, values=rough)
+
+
+def _noise_of_samples(field: ScalarField, isovalue: float) -> float:
+    """Standard deviation of white noise of what is splined, as seen near the isosurface.
+
+    Differences of order k along each of the three axes multiply it by the root of
+    ((2k)! / k!^2)^3; the smallest estimate has the least of the smooth field in it. The median
+    is not moved by a few creases.
+    """
+    differences = np.log(field.values) if field.logarithmic else field.values
+    near = _beside(field.values > isovalue)
+    estimates = []
+    for k in range(1, 1 + min(_MOST_DIFFERENCES, min(near.shape) - 1)):
+        for axis in range(3):
+            differences = np.diff(differences, axis=axis)
+        middle = near[tuple(slice(k // 2, k // 2 + count) for count in differences.shape)]
+        if middle.any():
+            size = np.median(np.abs(differences[middle])) / _NORMAL_MEDIAN
+            estimates.append(size / comb(2 * k, k) ** 1.5)
+    return float(min(estimates, default=0.0))
+
+
+def _beside(above: Bools) -> Bools:
+    """Samples with a neighbour on the other side."""
+    beside = np.zeros_like(above)
+    for axis in range(3):
+        flips = np.moveaxis(np.diff(above, axis=axis), axis, 0)
+        along = np.moveaxis(beside, axis, 0)
+        along[:-1] |= flips
+        along[1:] |= flips
+    return beside
 
 
 def _carried_change(
@@ -277,9 +345,9 @@ def _local_rms(surface: Surface, error: Floats) -> Floats:
 
 
 def _refinement(surface: Surface, coarse: Surface) -> float:
-    """How many times more vertices the finer mesh has, at least 1.05."""
+    """How many times more vertices the finer mesh has, 1.05 to 2: beyond, the order is a hope."""
     fine, few = (len(np.unique(mesh.corners)) for mesh in (surface, coarse))
-    return max(fine / few, 1.05)
+    return float(np.clip(fine / few, 1.05, 2.0))
 
 
 def _neighbourhood_mean(surface: Surface, values: Floats) -> Floats:

@@ -43,9 +43,9 @@ def isometric_match(
     Rays and closest points, which know nothing of lengths, slide points past each other there.
 
     Rims go to rims and slide along them. Their corners, where a rim turns by more than 45
-    degrees, stay at the perturbed rims' corners if there are as many, each at the nearest that
-    the others leave. Where the start turns triangles over, closest points and both smoothed over
-    2 to 60 edges are tried, and the least strained that turns none over is taken.
+    degrees, stay at the perturbed rims' corners if there are as many: those nearest to them, or
+    to where a given start puts them. Where the start turns triangles over, closest points and
+    both smoothed over 2 to 60 edges are tried; the least strained that turns none over is taken.
 
     Parameters
     ----------
@@ -68,10 +68,11 @@ def isometric_match(
 
     Notes
     -----
-    The least strain near the start is found, which may not be the least of all: bring surfaces
-    that were turned far to lie on each other first. A motion that changes no length, such as a
-    sphere's turn, is decided by the meshes' errors: on curved elements it is nothing, on coarse
-    flat ones up to a part of an edge.
+    The least strain near the start is found, which may not be the least of all: where it is
+    large (:func:`isovary.distortion`), align the surfaces first, or go by way of surfaces
+    between: the closest points of the image on each are the next ``start``. A motion that changes
+    no length, such as a sphere's turn, is decided by the meshes' errors: on curved elements it
+    is nothing, on coarse flat ones up to a part of an edge.
     Cost: for each of some 5 to 20 steps that of :func:`closest_point` and a sparse factorization
     of 2 n unknowns, 1 to 2 s for 2 000 nodes; as much again where the start has to be smoothed.
 
@@ -88,8 +89,8 @@ def isometric_match(
     >>> bool(np.abs(angle - flat.points[:, 0]).max() < 2e-3)
     True
     """
-    _check_topology(base, perturbed)
-    ground = _ground(base, perturbed)
+    _check(base, perturbed, start)
+    ground = _ground(base, perturbed, start)
     points = slide(base, _unfolded(base, ground, start), ground)
     triangle, barycentric, _ = ground.places(points)
     offset = position(perturbed, triangle, barycentric) - base.points
@@ -98,13 +99,19 @@ def isometric_match(
     return Correspondence(triangle, barycentric, distance, np.ones(len(triangle), dtype=np.int64))
 
 
-def _check_topology(base: Surface, perturbed: Surface) -> None:
+def _check(base: Surface, perturbed: Surface, start: Correspondence | None) -> None:
     here, there = topology(base.triangles), topology(perturbed.triangles)
     if here != there:
         raise CorrespondenceError(
             "C01",
             f"base, perturbed: expected the same topology, got {here} and {there}; take other "
             "isovalues, or compare with normal_rays",
+        )
+    if start is not None and len(start.triangle) != len(base.points):
+        raise ArgumentError(
+            "A03",
+            f"start: expected {len(base.points)} nodes, got {len(start.triangle)}; give one made "
+            "from the same base",
         )
 
 
@@ -221,7 +228,7 @@ class _Ground:
         return triangle, barycentric, _unit(self.rim.curves(edge, part)[1])
 
 
-def _ground(base: Surface, perturbed: Surface) -> _Ground:
+def _ground(base: Surface, perturbed: Surface, start: Correspondence | None) -> _Ground:
     from scipy.optimize import linear_sum_assignment
     from scipy.spatial.distance import cdist
 
@@ -229,7 +236,10 @@ def _ground(base: Surface, perturbed: Surface) -> _Ground:
     held, corners = _rim(base).corners(), perturbed.points[rim.corners()]
     if len(held) != len(corners):
         held, corners = held[:0], corners[:0]
-    _, partner = linear_sum_assignment(cdist(base.points[held], corners) ** 2)
+    near = base.points[held]
+    if start is not None:
+        near = _filled(start, perturbed, base.points)[held]
+    _, partner = linear_sum_assignment(cdist(near, corners) ** 2)
     return _Ground(perturbed, rim, rim_nodes(base.triangles), held, corners[partner])
 
 
@@ -274,13 +284,7 @@ def _starts(base: Surface, ground: _Ground, start: Correspondence | None) -> Ite
     other = ground.surface
     near = interpolate(closest_point(base, other), other, other.points)
     given = normal_rays(base, other) if start is None else start
-    if len(given.triangle) != len(base.points):
-        raise ArgumentError(
-            "A03",
-            f"start: expected {len(base.points)} nodes, got {len(given.triangle)}; give one made "
-            "from the same base",
-        )
-    first = np.where(given.found[:, None], interpolate(given, other, other.points), near)
+    first = _filled(given, other, near)
     landings = []
     for points in (first, near):
         landings.append(ground(points))
@@ -295,6 +299,11 @@ def _starts(base: Surface, ground: _Ground, start: Correspondence | None) -> Ite
                 if len(_turned(base, smoothed)) == 0:
                     break
             yield smoothed
+
+
+def _filled(match: Correspondence, surface: Surface, otherwise: Floats) -> Floats:
+    """Partners' places (n, 3), and others where there is none."""
+    return np.where(match.found[:, None], interpolate(match, surface, surface.points), otherwise)
 
 
 def _smoothing(base: Surface, held: Ints) -> Callable[[Floats, float], Floats]:

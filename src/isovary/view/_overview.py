@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from ..comparison import Comparison
 from . import _paint as paint
-from ._camera import choose_camera
+from ._camera import Camera, choose_camera
 from ._marks import INK, SOFT, fit_line, paragraphs
 from ._opengl import opengl_problem
 from ._panels import View, change_panel, curves_panel, displacement_panel, groups_panel
@@ -15,7 +15,7 @@ from ._tessellate import outside, tessellate
 from ._words import facts, peak, percent, title, verdict
 
 _SIZE, _DPI = (12.8, 7.2), 160
-_PIECES, _PIECES_WITHOUT_OPENGL = 200_000, 60_000
+_PIECES, _PIECES_WITHOUT_OPENGL, _PIECES_FOR_CAMERA = 200_000, 60_000, 8_000
 
 
 def overview(result: Comparison) -> Figure:
@@ -53,21 +53,26 @@ def overview(result: Comparison) -> Figure:
 def prepare(result: Comparison) -> View:
     """Everything that the panels share."""
     problem = opengl_problem()
-    wanted = _PIECES if problem is None else _PIECES_WITHOUT_OPENGL
-    split = int(np.clip(round((wanted / len(result.base.triangles)) ** 0.5), 1, 16))
-    pieces = tessellate(result.base, split)
-    samples = paint.piece_samples(result, split)
+    split = _split(result, _PIECES if problem is None else _PIECES_WITHOUT_OPENGL)
+    pieces, samples = tessellate(result.base, split), paint.piece_samples(result, split)
     marked = peak(result)
+    return View(result, pieces, samples, _camera(result, marked), marked, problem)
+
+
+def _split(result: Comparison, pieces: int) -> int:
+    """Parts of each triangle's edges that give about so many pieces."""
+    return int(np.clip(round((pieces / len(result.base.triangles)) ** 0.5), 1, 16))
+
+
+def _camera(result: Comparison, marked: int | None) -> Camera:
+    """The same whatever draws the picture."""
+    split = _split(result, _PIECES_FOR_CAMERA)
+    pieces, samples = tessellate(result.base, split), paint.piece_samples(result, split)
     mark = None
     if marked is not None:
         mark = result.base.points[marked], outside(result.base) * result.base.normals[marked]
     weight = np.where(samples.margin > 0, np.maximum(np.nan_to_num(samples.norm), 0.0), 0.0)
-    step = max(1, len(pieces.areas) // 8_000)
-    some = slice(None, None, step)
-    camera = choose_camera(
-        pieces.middles[some], pieces.facing[some], (pieces.areas * weight)[some], mark
-    )
-    return View(result, pieces, samples, camera, marked, problem)
+    return choose_camera(pieces.middles, pieces.facing, pieces.areas * weight, mark)
 
 
 def _heading(figure: Figure, view: View) -> None:
@@ -88,7 +93,7 @@ def _heading(figure: Figure, view: View) -> None:
 def _footer(figure: Figure, view: View) -> None:
     words = [f"{name}: {value}" for name, value in facts(view.result).items()]
     words.append("lengths in the field's own unit")
-    lines = ["  ·  ".join(words)] + ([view.problem] if view.problem else [])
+    lines = ([view.problem] if view.problem else []) + ["  ·  ".join(words)]
     paragraphs(figure, (0.02, 0.105), lines, width=0.58, color=SOFT)
     if view.result.notes:
         notes = [f"Note: {note}" for note in view.result.notes]

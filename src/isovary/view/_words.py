@@ -100,9 +100,9 @@ def facts(result: Comparison) -> dict[str, str]:
         "interpolation": str(choices.get("interpolation", "?")),
         "noise floor": f"{percent(result.relative_noise)} of the change (rms)",
         "topology": _shape(result),
-        "rigid motion": f"{'taken out' if choices['alignment'] == 'rigid' else 'left in'}: "
-        f"{motion.motion}, {percent(motion.share)} of the squared distance",
-        "strain": f"{percent(strain)} (rms) between corresponding places",
+        "rigid motion": f"{percent(motion.share)} of the squared distance, "
+        + ("taken out" if choices["alignment"] == "rigid" else "left in"),
+        "strain": f"{percent(strain)} (rms)",
         "area": f"base {areas[0]:.5g}, perturbed {areas[1]:.5g} "
         f"({100 * (areas[1] / areas[0] - 1):+.2g} %)",
         "isovary": version("isovary"),

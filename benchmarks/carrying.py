@@ -1,0 +1,567 @@
+"""What is matched with what: how far the maps between two isosurfaces can be trusted.
+
+First copies of one surface, moved or mirrored, where any change is false. Then isometries, where
+lengths stay and only the way of matching can make a change. Then maps that are known. Last a
+molecule that is twisted by 120 degrees, if its densities are at hand: the folder that holds
+h2o2_torsion_density.npz is the first argument, or the environment variable ISOVARY_FIELDS.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from datetime import date
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from carrying_picture import Shown, draw_torsion, draw_tubes
+from scipy.special import ellipe
+
+import isovary as iv
+from isovary.correspondence import isometric_match
+from isovary.data import water_pair
+from isovary.geometry import Floats, edges_of, linear_triangles
+from isovary.level_sets import LevelSet, moved
+
+DOCS = Path(__file__).parents[1] / "docs"
+TORSION = "h2o2_torsion_density.npz"
+DENSITY = 0.05  # electrons per cubic bohr
+
+ATOMS = np.array([(0.0, 0.0, 0.0), (1.7, 0.0, 0.0), (0.85, 1.45, 0.0)])
+SIZES = np.array([1.0, 1.3, 0.75])
+DECAY = 0.3
+BORN_MAYER = float(np.exp(-0.85 / DECAY))
+AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14)
+
+Match = Callable[[iv.Surface, Sequence[LevelSet]], tuple[iv.Surface, iv.Correspondence]]
+
+
+def turned(degrees: float) -> iv.RigidMotion:
+    """A turn about the axis (1, 2, 3), by Rodrigues' formula."""
+    x, y, z = AXIS
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    angle = np.radians(degrees)
+    turn = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+    return iv.RigidMotion(turn)
+
+
+COPIES = {
+    "shifted by 0.2": iv.RigidMotion(translation=0.2 * AXIS),
+    "turned by 5 degrees": turned(5),
+    "turned by 60 degrees": turned(60),
+    "mirrored": iv.RigidMotion(np.diag([-1.0, 1.0, 1.0])),
+}
+
+
+def born_mayer(motion: iv.RigidMotion | None = None, scale: float = 1.0) -> iv.ScalarField:
+    """Three unequal atoms, sampled anew on an upright grid of their own wherever they are."""
+    motion = motion or iv.RigidMotion()
+    atoms = motion.apply(scale * ATOMS)
+
+    def value(points: Floats) -> Floats:
+        away = np.linalg.norm(points[..., None, :] - atoms, axis=-1)
+        density: Floats = np.exp(-away / (DECAY * scale)) @ SIZES
+        return density
+
+    return on_own_grid(value, atoms, 1.25 * scale, 0.08 * scale)
+
+
+def resampled(
+    field: iv.ScalarField, isovalue: float, motion: iv.RigidMotion, scale: float = 1.0
+) -> iv.ScalarField:
+    """The field's spline moved, and sampled on an upright grid of its own.
+
+    Beyond the old box, in corners of the new one that are far from the surface, the value is
+    that of the nearest place in it.
+    """
+    low, high = field.bounds
+
+    def value(points: Floats) -> Floats:
+        back = motion.inverse.apply(points.reshape(-1, 3)) / scale
+        density: Floats = field.value(np.clip(back, low, high)).reshape(points.shape[:-1])
+        return density
+
+    points = motion.apply(scale * iv.contour(field, isovalue).points)
+    step = scale * float(field.spacing.min())
+    return on_own_grid(value, points, 5 * step, step)
+
+
+def on_own_grid(
+    value: Callable[[Floats], Floats], points: Floats, margin: float, step: float
+) -> iv.ScalarField:
+    """Samples around points; no two boxes put them at the same places of the shape."""
+    low = points.min(axis=0) - margin
+    counts = np.ceil((np.ptp(points, axis=0) + 2 * margin) / step).astype(int) + 1
+    own = step * (0.37 + 0.2 * np.sin(1e3 * low))  # a part of a step
+    high = low + (counts - 1) * step
+    bounds = tuple(low + own), tuple(high + own)
+    return iv.ScalarField.from_function(value, bounds, tuple(counts), logarithmic=True)
+
+
+@dataclass(frozen=True)
+class Null:
+    """A copy of a surface: what two comparisons make of it, NaN and a code where one failed."""
+
+    shape: str
+    copy: str
+    change: float
+    floor: float
+    significant: float
+    raw: float
+    raw_significant: float
+    fault: str = ""
+
+
+def nulls() -> Iterator[Null]:
+    """Every copy of both surfaces."""
+    density = iv.better_interpolation(iv.read_field(water_pair()[0]), DENSITY)
+    for name, motion in COPIES.items():
+        yield null("Born-Mayer", name, born_mayer(), born_mayer(motion), BORN_MAYER)
+    yield null("Born-Mayer", SCALED, born_mayer(), born_mayer(scale=1.01), BORN_MAYER)
+    there = replace(density, origin=density.origin + 0.2 * AXIS)
+    yield null("water", "shifted by 0.2, same samples", density, there, DENSITY)
+    for name, motion in COPIES.items():
+        yield null("water", name, density, resampled(density, DENSITY, motion), DENSITY)
+    there = resampled(density, DENSITY, iv.RigidMotion(), 1.01)
+    yield null("water", SCALED, density, there, DENSITY)
+
+
+SCALED = "scaled by 1.01, then to equal area"
+
+
+def null(
+    shape: str, copy: str, base: iv.ScalarField, there: iv.ScalarField, isovalue: float
+) -> Null:
+    """One copy, matched by the defaults and by rays from where it is."""
+    compare = partial(iv.compare, base, there, isovalue, vertices=300, pairs=100, times=50)
+    scaled = copy == SCALED
+
+    def sizes(result: iv.Comparison) -> tuple[float, float, float]:
+        change = result.unit_area_change if scaled else result.change
+        floor, changed = result.noise_floor, iv.change_norm(change)
+        above = changed > 2 * iv.change_norm(floor)
+        return rms(change), rms(floor), float(above.mean())
+
+    mine = sizes(compare())
+    try:
+        raw, _, raw_significant = sizes(compare(align=False, isometric=False))
+    except iv.IsovaryError as error:
+        return Null(shape, copy, *mine, np.nan, np.nan, error.code)
+    return Null(shape, copy, *mine, raw, raw_significant)
+
+
+def null_table(rows: Sequence[Null]) -> str:
+    lines = [
+        "**Copies of one surface, each sampled anew** (300 vertices, 100 pairs, rms over nodes "
+        "and times):",
+        "",
+        "| surface, copy | change | noise floor | significant nodes | along normals, not aligned: "
+        "change | significant nodes |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for row in rows:
+        raw = (
+            f"stops, {row.fault} | "
+            if row.fault
+            else f"{row.raw:.1e} | {row.raw_significant:.0%}"
+        )
+        lines.append(
+            f"| {row.shape}, {row.copy} | {row.change:.1e} | {row.floor:.1e} | "
+            f"{row.significant:.0%} | {raw} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def rms(values: Floats) -> float:
+    """Root mean square of what is known."""
+    return float(np.sqrt(np.nanmean(values**2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """One way of matching, on one base mesh; ``fault`` is the code if there is none."""
+
+    way: str
+    seconds: float
+    fault: str = ""
+    base: iv.Surface | None = None
+    partners: Floats | None = None
+    audit: iv.CorrespondenceAudit | None = None
+    distortion: iv.Distortion | None = None
+    change: Floats | None = None
+    floor: float = np.nan
+
+    @property
+    def edge_strain(self) -> float:
+        """Relative change of the lengths between neighbouring nodes, rms."""
+        assert self.base is not None and self.partners is not None
+        i, j = edges_of(linear_triangles(self.base.triangles))[0].T
+        before, after = (
+            np.linalg.norm(points[i] - points[j], axis=1)
+            for points in (self.base.points, self.partners)
+        )
+        return rms(after / before - 1)
+
+    @property
+    def cells(self) -> str:
+        """Cells of a table, from the coverage to the noise floor."""
+        if self.fault or self.audit is None or self.distortion is None or self.change is None:
+            return f"stops, {self.fault} | | | | | | "
+        found, stretch = self.audit, self.distortion
+        floor = f"{self.floor:.1e}" if self.floor == self.floor else ""
+        return (
+            f"{found.base_coverage:.1%}, {found.perturbed_coverage:.1%} | "
+            f"{found.turned.sum()} | {stretch.strain:.2%} | {self.edge_strain:.2%} | "
+            f"{np.nanmax(stretch.stretches):.2f} | {rms(self.change):.1e} | {floor}"
+        )
+
+
+HEADER = (
+    "| {} | covers base, perturbed | folded triangles | strain | edge strain | largest stretch | "
+    "change | noise floor | seconds |\n" + "| --- " * 9 + "|"
+)
+
+
+def outcome(
+    way: str, match: Match, bases: Sequence[iv.Surface], path: Sequence[LevelSet], pairs: int
+) -> Outcome:
+    """The way on the first base mesh; the others, coarser, give the noise floor."""
+    start = time.perf_counter()
+    try:
+        other, found = match(bases[0], path)
+        seconds = time.perf_counter() - start
+        base_pairs = iv.eigenpairs(iv.fem(bases[0]), pairs)
+        times = iv.diffusion_times(base_pairs)
+        change = changed(bases[0], other, found, pairs, times)
+        floors = [
+            iv.noise_floor(
+                bases[0], change, coarse, changed(coarse, *match(coarse, path), pairs, times)
+            )
+            for coarse in bases[1:]
+        ]
+    except iv.IsovaryError as error:
+        return Outcome(way, time.perf_counter() - start, error.code)
+    partners = iv.interpolate(found, other, other.points)
+    return Outcome(
+        way,
+        seconds,
+        "",
+        bases[0],
+        partners,
+        iv.audit(bases[0], other, found),
+        iv.distortion(bases[0], partners),
+        change,
+        rms(np.array([rms(floor) for floor in floors])) if floors else np.nan,
+    )
+
+
+def changed(
+    base: iv.Surface, other: iv.Surface, match: iv.Correspondence, pairs: int, times: Floats
+) -> Floats:
+    """Scaled change at the base's nodes."""
+    here, there = (iv.eigenpairs(iv.fem(surface), pairs) for surface in (base, other))
+    after = iv.interpolate(match, other, iv.heat_kernel_signature(there, times))
+    before = iv.heat_kernel_signature(here, times)
+    return iv.signature_difference(before, after, iv.heat_trace_scale(here, times))
+
+
+def rays(isovalue: float) -> Match:
+    """Independent meshes, rays along normals."""
+
+    def match(
+        base: iv.Surface, path: Sequence[LevelSet]
+    ) -> tuple[iv.Surface, iv.Correspondence]:
+        field, motion = path[-1], iv.RigidMotion()
+        if isinstance(field, iv.MovedField):
+            field, motion = field.field, field.motion
+        assert isinstance(field, iv.ScalarField)
+        vertices = len(np.unique(base.corners))
+        other = motion.surface(iv.marching_cubes(field, isovalue, vertices=vertices))
+        return other, iv.normal_rays(base, other)
+
+    return match
+
+
+def along_normals(isovalue: float) -> Match:
+    """From field to field along the normals, each time from where the nodes are."""
+
+    def match(
+        base: iv.Surface, path: Sequence[LevelSet]
+    ) -> tuple[iv.Surface, iv.Correspondence]:
+        current, found = base, np.ones(len(base.points), dtype=bool)
+        for field in path[1:]:
+            current, step = iv.carry(current, field, isovalue)
+            found &= step.found
+        lost = np.where(found, step.triangle, -1), np.where(found[:, None], step.barycentric, np.nan)
+        return current, iv.Correspondence(*lost, step.distance, step.hits)
+
+    return match
+
+
+def isometrically(isovalue: float) -> Match:
+    """The map that changes lengths least."""
+    return lambda base, path: iv.carry_isometrically(base, path, isovalue)
+
+
+def ways(isovalue: float) -> dict[str, Match]:
+    """Every way to match two isosurfaces."""
+    return {
+        "rays, independent meshes": rays(isovalue),
+        "carried along normals": along_normals(isovalue),
+        "carried isometrically": isometrically(isovalue),
+    }
+
+
+def tube(bend: float = 0.0) -> iv.ScalarField:
+    """Distance, negative, to a segment of length 2 or, bent, to an arc of that length; 0.05 off."""
+
+    def value(points: Floats) -> Floats:
+        x, y, z = np.moveaxis(points, -1, 0)
+        if bend == 0:
+            near = np.stack([np.clip(x, -1, 1), 0 * y, 0 * z], axis=-1)
+        else:
+            angle = np.clip(np.arctan2(x, 1 / bend - z), -bend, bend)
+            near = np.stack([np.sin(angle), 0 * y, 1 - np.cos(angle)], axis=-1) / bend
+        return 0.05 - np.linalg.norm(points - near, axis=-1)
+
+    box = ((-1.2, -0.16, -0.16), (1.2, 0.16, 0.3))
+    return iv.ScalarField.from_function(value, box, (141, 33, 47))
+
+
+def tubes(vertices: int = 600) -> list[Outcome]:
+    """The straight tube and the one bent to radius 6, by every way in one jump, and by members."""
+    bends = [0.0, 1 / 36, 1 / 18, 1 / 12, 1 / 9, 1 / 7, 1 / 6]
+    fields = [tube(bend) for bend in bends]
+    base = iv.marching_cubes(fields[0], 0.0, vertices=vertices)
+    path = aligned(base, fields, 0.0)
+    found = [
+        outcome(f"{name}, one jump", way, [base], [path[0], path[-1]], 100)
+        for name, way in ways(0.0).items()
+    ]
+    more = list(ways(0.0).items())[1:]
+    found += [outcome(f"{name}, 6 steps", way, [base], path, 100) for name, way in more]
+    return found
+
+
+def aligned(base: iv.Surface, fields: Sequence[iv.ScalarField], isovalue: float) -> list[LevelSet]:
+    """The fields, each moved rigidly to where its isosurface lies nearest to the base."""
+    motions = [
+        iv.align(base, iv.contour(field, isovalue), field, isovalue).motion for field in fields[1:]
+    ]
+    return [fields[0], *(moved(f, motion) for f, motion in zip(fields[1:], motions, strict=True))]
+
+
+def sheets(radius: float) -> list[Outcome]:
+    """A flat sheet of 2 by 1 and the same rolled to a radius, on other triangles."""
+    base, rolled = iv.sheet(2.0, 1.0, (24, 12)), iv.sheet(2.0, 1.0, (27, 14), bend=1 / radius)
+    middle = base.points - [0, 0, base.points[:, 2].mean()]
+    base = replace(base, points=middle)
+    rolled = iv.align(base, rolled).motion.surface(rolled)
+    methods = {
+        "rays": iv.normal_rays,
+        "closest points": iv.closest_point,
+        "isometric_match": isometric_match,
+    }
+
+    def matched(
+        method: Callable[[iv.Surface, iv.Surface], iv.Correspondence],
+    ) -> Match:
+        return lambda base, path: (rolled, method(base, rolled))
+
+    return [
+        outcome(f"sheet rolled to radius {radius:g}, {name}", matched(method), [base], [], 100)
+        for name, method in methods.items()
+    ]
+
+
+def isometry_table(tubed: Sequence[Outcome], rolled: Sequence[Outcome]) -> str:
+    lines = [
+        "**Isometries** (100 pairs; strain is the rms Green strain, edge strain the rms change of "
+        "the lengths between neighbouring nodes, change the rms over nodes and times):",
+        "",
+        HEADER.format("surfaces, way").replace(" noise floor |", "").replace("| --- ", "|", 1)
+        .replace("\n|", "\n"),
+    ]
+    for row in [*tubed, *rolled]:
+        name = row.way if "sheet" in row.way else f"tube bent to radius 6, {row.way}"
+        lines.append(f"| {name} | {row.cells.rpartition('|')[0]}| {row.seconds:.1f} |")
+    return "\n".join(lines) + "\n"
+
+
+def triaxial(scale: float = 1.0, motion: iv.RigidMotion | None = None) -> iv.ScalarField:
+    """The ellipsoid with semi-axes 1, 1.3, 1.7 at -1; a quadratic, which the spline reproduces."""
+    back = (motion or iv.RigidMotion()).inverse
+    return iv.ScalarField.from_function(
+        lambda p: -((back.apply(p) / (scale * np.array([1.0, 1.3, 1.7]))) ** 2).sum(axis=-1),
+        ((-3.0,) * 3, (3.0,) * 3),
+        (9, 9, 9),
+    )
+
+
+def known_maps(sizes: Sequence[int] = (150, 300, 600, 1200)) -> str:
+    """Table of the largest error of the map, and the order in the edge length."""
+    motion = iv.RigidMotion(turned(14).rotation, [0.2, -0.1, 0.1])
+    errors: dict[str, list[float]] = {"scaled by 1.1": [], "turned by 14 degrees, shifted": []}
+    for size in sizes:
+        base = iv.marching_cubes(triaxial(), -1.0, vertices=size)
+        known = ((triaxial(1.1), 1.1 * base.points), (triaxial(1.0, motion), motion.apply(base.points)))
+        for mine, (field, exact) in zip(errors.values(), known, strict=True):
+            carried, _ = iv.carry_isometrically(base, [field], -1.0)
+            mine.append(float(np.linalg.norm(carried.points - exact, axis=1).max()))
+    lines = [
+        "**Maps that are known**: largest error of the map of the ellipsoid with semi-axes 1, 1.3 "
+        "and 1.7, against vertices; the order is that in the edge length:",
+        "",
+        "| ellipsoid | " + " | ".join(f"{size:,}" for size in sizes) + " | order |",
+        "| --- " * (len(sizes) + 2) + "|",
+    ]
+    for name, mine in errors.items():
+        order = -2 * np.polyfit(np.log(sizes), np.log(mine), 1)[0]
+        lines.append(f"| {name} | " + " | ".join(f"{e:.1e}" for e in mine) + f" | {order:.1f} |")
+    return "\n".join(lines) + "\n\n" + slip_table()
+
+
+def bar(twist: float, half: float = 4.0) -> iv.ScalarField:
+    """An elliptic bar along z, semi-axes 1 and 0.6, turned by ``twist`` per length."""
+
+    def value(p: Floats) -> Floats:
+        c, s = np.cos(twist * p[..., 2]), np.sin(twist * p[..., 2])
+        u, v = c * p[..., 0] + s * p[..., 1], c * p[..., 1] - s * p[..., 0]
+        level: Floats = 1 - u**2 - (v / 0.6) ** 2
+        return level
+
+    box = ((-1.5, -1.5, -half), (1.5, 1.5, half))
+    return iv.ScalarField.from_function(value, box, (41, 41, 33))
+
+
+def slip_table() -> str:
+    """A twisted bar's slip against Bredt's -2 A t / P."""
+    base = iv.marching_cubes(bar(0.0), 0.0, vertices=500)
+    x, y, z = base.points.T
+    round_ = np.column_stack([-y / 0.6, 0.6 * x, 0 * x])
+    round_ /= np.linalg.norm(round_, axis=1, keepdims=True)
+    middle, girth = np.abs(z) < 2, 4 * ellipe(1 - 0.6**2)
+    lines = [
+        "A twisted elliptic bar slips around its girth, by Bredt's formula -2 A t / P per length "
+        "(area A and girth P of its section, twist t; exact for small t):",
+        "",
+        "| twist per length | slip measured | Bredt | strain, isometrically | strain, along normals |",
+        "| --- " * 5 + "|",
+    ]
+    for twist in (0.02, 0.05, 0.1):
+        carried, _ = iv.carry_isometrically(base, [bar(twist)], 0.0)
+        along, _ = iv.carry(base, bar(twist), 0.0)
+        swept = np.column_stack([-twist * z * y, twist * z * x, 0 * z])
+        slip = ((carried.points - base.points - swept) * round_).sum(axis=1)
+        rate = np.polyfit(z[middle], slip[middle], 1)[0]
+        strains = [iv.distortion(base, s.points).strain for s in (carried, along)]
+        bredt = -2 * np.pi * 0.6 * twist / girth
+        lines.append(
+            f"| {twist:g} | {rate:.5f} | {bredt:.5f} | {strains[0]:.2%} | {strains[1]:.2%} |"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def torsion_fields(folder: Path | None) -> list[iv.ScalarField]:
+    """Densities of hydrogen peroxide from 60 to 180 degrees; none if they are not at hand."""
+    path = None if folder is None else folder / TORSION
+    if path is None or not path.is_file():
+        return []
+    with np.load(path) as stored:
+        return [
+            iv.ScalarField(
+                values.astype(float),
+                spacing=stored["spacing"],
+                origin=stored["origin"],
+                logarithmic=True,
+            )
+            for values in stored["s"]
+        ]
+
+
+def torsions(fields: Sequence[iv.ScalarField]) -> list[Outcome]:
+    """From 60 to 180 degrees and, for rays, also from 60 to 75, by every way."""
+    bases = [iv.marching_cubes(fields[0], DENSITY, vertices=size) for size in (500, 300)]
+    path = aligned(bases[0], fields, DENSITY)
+    first, rest = path[:2], ways(DENSITY)
+    names = list(rest)
+    steps = len(path) - 1
+    runs = [(f"{name}, 60 to 75", first) for name in names]
+    runs += [(f"{name}, one jump", [path[0], path[-1]]) for name in names]
+    runs += [(f"{name}, {steps} steps", path) for name in names[1:]]
+    return [outcome(name, rest[name.rpartition(",")[0]], bases, way, 200) for name, way in runs]
+
+
+def torsion_table(rows: Sequence[Outcome]) -> str:
+    lines = [
+        "**Hydrogen peroxide twisted from a dihedral angle of 60 to 180 degrees** (density "
+        f"{DENSITY} e/bohr^3, 500 vertices, 200 pairs; each member aligned with the first; the "
+        "noise floor is that of the mesh):",
+        "",
+        HEADER.format("way"),
+    ]
+    lines += [f"| {row.way} | {row.cells} | {row.seconds:.1f} |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def write_page(tables: dict[str, str]) -> None:
+    """Put each table between its markers."""
+    page = DOCS / "carrying.md"
+    text = page.read_text(encoding="utf-8")
+    heading = (
+        f"Measured with isovary {iv.__version__} on {date.today()}, Python "
+        f"{platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores; "
+        "`python benchmarks/carrying.py` measures again.\n\n"
+    )
+    for name, table in tables.items():
+        begin, end = f"<!-- measured {name}: begin -->", f"<!-- measured {name}: end -->"
+        head, tail = text.split(begin)[0], text.split(end)[1]
+        said = heading if name == next(iter(tables)) else ""
+        text = f"{head}{begin}\n{said}{table}{end}{tail}"
+    page.write_text(text, encoding="utf-8")
+
+
+def shown(rows: Sequence[Outcome], names: Sequence[str]) -> list[Shown]:
+    """What a picture shows of the rows so named, in order."""
+    by_name = {row.way: row for row in rows}
+    picked = [by_name[name] for name in names]
+    return [
+        Shown(row.base, row.partners, row.distortion, row.audit)
+        for row in picked
+        if row.base is not None
+        and row.partners is not None
+        and row.distortion is not None
+        and row.audit is not None
+    ]
+
+
+def main() -> None:
+    told = sys.argv[1] if len(sys.argv) > 1 else os.environ.get("ISOVARY_FIELDS")
+    tables = {}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)
+        tables["nulls"] = null_table(list(nulls()))
+        print(tables["nulls"], flush=True)
+        rolled = [row for radius in (5.0, 2.0, 1.0) for row in sheets(radius)]
+        tables["isometries"] = isometry_table(tubes(), rolled)
+        print(tables["isometries"], flush=True)
+        tables["maps"] = known_maps()
+        print(tables["maps"], flush=True)
+        fields = torsion_fields(Path(told) if told else None)
+        if fields:
+            rows = torsions(fields)
+            tables["torsion"] = torsion_table(rows)
+            print(tables["torsion"], flush=True)
+        else:
+            print(f"No {TORSION}: its table and picture stay. Name its folder, or ISOVARY_FIELDS.")
+    write_page(tables)
+
+
+if __name__ == "__main__":
+    main()
