@@ -123,8 +123,9 @@ def sampled(value, samples):
     return iv.ScalarField.from_function(value, BOX, (samples,) * 3)
 
 
+THREE = [(-0.5, 0, 0), (0.5, 0.1, 0), (0, 0.5, 0.4)]
 PAIRS = {
-    "atoms moved": (atoms([(-0.5, 0, 0), (0.5, 0.1, 0)]), atoms([(-0.5, 0, 0), (0.53, 0.1, 0.02)])),
+    "atoms moved": (atoms(THREE), atoms([*THREE[:2], (0.02, 0.52, 0.43)])),
     "dimple deepened": (dimpled(0.1), dimpled(0.13)),
 }
 
@@ -133,10 +134,10 @@ def true_change(values, result):
     """The change at a result's nodes and times: more vertices, samples and pairs."""
     logarithmic = result.choices["interpolation"] == "logarithmic"
     base, perturbed = (replace(sampled(v, 51), logarithmic=logarithmic) for v in values)
-    first = iv.marching_cubes(base, 1.0, vertices=1000)
+    first = iv.marching_cubes(base, 1.0, vertices=750)
     path = [base, iv.MovedField(perturbed, result.motion)]
     second, _ = iv.carry_isometrically(first, path, 1.0)
-    more = iv.eigenpairs(iv.fem(first), 90)
+    more = iv.eigenpairs(iv.fem(first), 75)
     other = iv.eigenpairs(iv.fem(second), len(more.values), start=more)
     before, after = (iv.heat_kernel_signature(pairs, result.times) for pairs in (more, other))
     change = iv.signature_difference(before, after, iv.heat_trace_scale(more, result.times))
@@ -153,7 +154,7 @@ def test_floor_bounds_the_error(name, order):
     so wide that it means nothing: five times the error in the median, ten in a single case.
     """
     values = PAIRS[name]
-    result = iv.compare(*(sampled(v, 26) for v in values), 1.0, vertices=200, pairs=60, order=order)
+    result = iv.compare(*(sampled(v, 26) for v in values), 1.0, vertices=150, pairs=50, order=order)
     error = np.abs(result.change - true_change(values, result))
     assert (error <= result.noise_floor).mean() >= 0.9
     assert np.median(result.noise_floor / error) <= 10
@@ -164,6 +165,6 @@ def test_little_noise_behind_a_larger_error_of_the_spline():
     field = sampled(PAIRS["atoms moved"][0], 25)
     rough = 0.001 * np.random.default_rng(11).standard_normal(field.values.shape)
     noisy = replace(field, values=field.values + rough)
-    result = iv.compare(field, noisy, 1.0, vertices=250, pairs=60)
+    result = iv.compare(field, noisy, 1.0, vertices=150, pairs=50)
     assert result.change_norm.max() > 1e-5
     assert result.significant.mean() < 0.01

@@ -16,6 +16,7 @@ from .correspondence import (
     closest_point,
     identity,
     interpolate,
+    isometric_match,
     normal_rays,
 )
 from .difference import change_norm, heat_trace_scale, mean_size, signature_difference
@@ -170,6 +171,7 @@ __all__ = [
     "implied_curvature",
     "interpolate",
     "interpolation_errors",
+    "isometric_match",
     "k_medians",
     "kinds_of_change",
     "knn_graph",

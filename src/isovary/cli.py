@@ -26,6 +26,7 @@ from . import (
     closest_point,
     compare,
     contour,
+    isometric_match,
     normal_rays,
     read_field,
     topology,
@@ -60,6 +61,7 @@ from .scalar_field import ScalarField
 
 _MATCHES: dict[str, Match | None] = {
     "carried": None,
+    "isometric-match": isometric_match,
     "normal-rays": normal_rays,
     "closest-point": closest_point,
 }
@@ -171,7 +173,9 @@ def compare_files(
     signature: Literal[
         "heat-kernel", "scale-invariant-heat-kernel", "wave-kernel", "global-point"
     ] = "heat-kernel",
-    correspondence: Literal["carried", "normal-rays", "closest-point"] = "carried",
+    correspondence: Literal[
+        "carried", "isometric-match", "normal-rays", "closest-point"
+    ] = "carried",
     align: bool = True,
     isometric: bool = True,
     through: Sequence[Path] = (),
@@ -227,7 +231,8 @@ def compare_files(
     signature
         What is compared at each node.
     correspondence
-        carried: one mesh follows the field; the others mesh both isosurfaces independently.
+        carried: one mesh follows the field; the others mesh both isosurfaces independently and
+        match them by the map that changes lengths least, by rays or by closest points.
     align
         Take the best rigid motion between the isosurfaces out first.
     isometric

@@ -19,7 +19,8 @@ _STEPS = 100
 _DAMPING = 1e-6  # of the diagonal, at least: directions that hardly change a length stand still
 _MOST_DAMPING = 1e6
 _ISOMETRIC = 1e-11  # strain that is rounding
-_SETTLED = 1e-4  # of an edge: a step below it is the last
+_SETTLED = 1e-4  # of an edge: a step below it is the last,
+_GAIN = 1e-7  # and so is one that lowers the mean square of the strain by less, relative to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,8 +191,9 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
         else:
             break
         length = float(np.linalg.norm(there.points - here.points, axis=1).max())
+        settling = length < settled or energy - lower < _GAIN * energy
         here, energy, damping = there, lower, max(damping / 10, _DAMPING)
-        if length < settled:
+        if settling:
             break
     return here.points
 
@@ -313,8 +315,9 @@ def _solve(matrix: csc_array, slope: Floats, damping: float) -> Floats:
     from scipy.sparse.linalg import splu
 
     diagonal = matrix.diagonal()
-    held = diagonal <= 1e-12 * diagonal.mean()
-    damped = matrix + diags_array(damping * diagonal + held * diagonal.mean())
+    scale = float(diagonal.mean()) or 1.0
+    held = diagonal <= 1e-12 * scale
+    damped = matrix + diags_array(damping * diagonal + held * scale)
     factors = splu(
         damped.tocsc(),
         permc_spec="MMD_AT_PLUS_A",

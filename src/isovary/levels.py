@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -11,10 +12,10 @@ from functools import partial
 import numpy as np
 
 from .alignment import Alignment, align
-from .correspondence import identity, interpolate
+from .correspondence import closest_point, identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError
-from .geometry import Floats, Ints, edges_of, topology
+from .geometry import Floats, Ints, edges_of, jacobian_ratios, topology
 from .isometry import distortion
 from .level_sets import LevelSet, moved
 from .matching import ComponentMatch, describe, match_components, part_of
@@ -45,6 +46,7 @@ _MOST_VERTICES_ASKED = 32_000
 _COARSER = 0.8  # vertices of the coarser mesh over the finer's, at most
 _COVERAGE_LIMIT = 0.5
 _FEWER_PAIRS = 0.8
+_LEAST_JACOBIAN = 0.1  # of a carried mesh that elements may stand on
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,6 +262,10 @@ def make_level(task: Task, walk: Walk, vertices: int) -> Level:
         surface, nodes = _matching(whole, [m.base for m in components if m.same])
         if other is None or match is None:
             other, partners = carried(surface, task.path, task.isovalue, task.isometric)
+            if jacobian_ratios(other.points, other.triangles).min() < _LEAST_JACOBIAN:
+                other, partners = _remeshed(
+                    other, partners, mesh(task.perturbed, task.isovalue), task
+                )
         else:
             other, _ = _matching(other, [m.perturbed for m in components if m.same])
             equal = np.array_equal(surface.points, other.points)  # no search, no rounding
@@ -277,13 +283,35 @@ def make_level(task: Task, walk: Walk, vertices: int) -> Level:
         first = drop_cut_multiplet(first_pairs(more, task.pairs))
     with walk.stage("eigenpairs of the perturbed", vertices / 2):
         count = len(first.values)
-        start = more if match is None else None  # carried: the same nodes
+        same = np.array_equal(surface.triangles, other.triangles)  # carried: the same nodes
+        start = more if same else None
         if np.array_equal(surface.points, other.points):
             second = first
         else:
             second = eigenpairs(methods.laplacian(other), count, start=start).truncate(count)
     partners, first = _in_whole(whole, nodes, partners, first)
     return Level(whole, other, partners, first, second, methods, components)
+
+
+def _remeshed(
+    image: Surface, partners: Correspondence, fresh: Surface, task: Task
+) -> tuple[Surface, Correspondence]:
+    """A fresh mesh in place of a carried one that cannot serve elements, and the partners on it."""
+    warnings.warn(
+        "triangles of the base are so distorted on the perturbed surface that no elements stand "
+        "on them: it was meshed anew, and its signature is interpolated where the nodes were "
+        "carried. Meshing errors no longer cancel; the noise floor holds them. [M16]",
+        stacklevel=2,
+    )
+    fresh = task.motion.surface(fresh)
+    there = closest_point(image, fresh)
+    known = partners.found
+    return fresh, Correspondence(
+        np.where(known, there.triangle, -1),
+        np.where(known[:, None], there.barycentric, np.nan),
+        partners.distance,
+        partners.hits,
+    )
 
 
 def _checked_components(
