@@ -20,7 +20,7 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from carrying_picture import Shown, draw_torsion, draw_tubes
+from carrying_picture import Shown, draw_maps
 from scipy.special import ellipe
 
 import isovary as iv
@@ -38,6 +38,8 @@ SIZES = np.array([1.0, 1.3, 0.75])
 DECAY = 0.3
 BORN_MAYER = float(np.exp(-0.85 / DECAY))
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14)
+
+SETTLED = 2e-6  # errors below it are the sliding's last step, not the mesh's
 
 Match = Callable[[iv.Surface, Sequence[LevelSet]], tuple[iv.Surface, iv.Correspondence]]
 
@@ -167,9 +169,7 @@ def null_table(rows: Sequence[Null]) -> str:
     ]
     for row in rows:
         raw = (
-            f"stops, {row.fault} | "
-            if row.fault
-            else f"{row.raw:.1e} | {row.raw_significant:.0%}"
+            f"stops, {row.fault} | " if row.fault else f"{row.raw:.1e} | {row.raw_significant:.0%}"
         )
         lines.append(
             f"| {row.shape}, {row.copy} | {row.change:.1e} | {row.floor:.1e} | "
@@ -200,7 +200,8 @@ class Outcome:
     @property
     def edge_strain(self) -> float:
         """Relative change of the lengths between neighbouring nodes, rms."""
-        assert self.base is not None and self.partners is not None
+        if self.base is None or self.partners is None:
+            return float("nan")
         i, j = edges_of(linear_triangles(self.base.triangles))[0].T
         before, after = (
             np.linalg.norm(points[i] - points[j], axis=1)
@@ -208,24 +209,29 @@ class Outcome:
         )
         return rms(after / before - 1)
 
-    @property
-    def cells(self) -> str:
-        """Cells of a table, from the coverage to the noise floor."""
+    def line(self, name: str, *, floor: bool) -> str:
+        """A row of a table."""
         if self.fault or self.audit is None or self.distortion is None or self.change is None:
-            return f"stops, {self.fault} | | | | | | "
-        found, stretch = self.audit, self.distortion
-        floor = f"{self.floor:.1e}" if self.floor == self.floor else ""
-        return (
-            f"{found.base_coverage:.1%}, {found.perturbed_coverage:.1%} | "
-            f"{found.turned.sum()} | {stretch.strain:.2%} | {self.edge_strain:.2%} | "
-            f"{np.nanmax(stretch.stretches):.2f} | {rms(self.change):.1e} | {floor}"
-        )
+            cells = [f"stops, {self.fault}", *[""] * (6 if floor else 5)]
+        else:
+            found, stretch = self.audit, self.distortion
+            cells = [
+                f"{found.base_coverage:.1%}, {found.perturbed_coverage:.1%}",
+                f"{found.turned.sum()}",
+                f"{stretch.strain:.2%}",
+                f"{self.edge_strain:.2%}",
+                f"{np.nanmax(stretch.stretches):.2f}",
+                f"{rms(self.change):.1e}",
+                *([f"{self.floor:.1e}"] if floor else []),
+            ]
+        return f"| {' | '.join([name, *cells, f'{self.seconds:.1f}'])} |"
 
 
-HEADER = (
-    "| {} | covers base, perturbed | folded triangles | strain | edge strain | largest stretch | "
-    "change | noise floor | seconds |\n" + "| --- " * 9 + "|"
-)
+def header(first: str, *, floor: bool) -> str:
+    """Head of a table of outcomes."""
+    names = [first, "covers base, perturbed", "folded triangles", "strain", "edge strain"]
+    names += ["largest stretch", "change", *(["noise floor"] if floor else []), "seconds"]
+    return f"| {' | '.join(names)} |\n" + "| --- " * len(names) + "|"
 
 
 def outcome(
@@ -274,9 +280,7 @@ def changed(
 def rays(isovalue: float) -> Match:
     """Independent meshes, rays along normals."""
 
-    def match(
-        base: iv.Surface, path: Sequence[LevelSet]
-    ) -> tuple[iv.Surface, iv.Correspondence]:
+    def match(base: iv.Surface, path: Sequence[LevelSet]) -> tuple[iv.Surface, iv.Correspondence]:
         field, motion = path[-1], iv.RigidMotion()
         if isinstance(field, iv.MovedField):
             field, motion = field.field, field.motion
@@ -291,14 +295,15 @@ def rays(isovalue: float) -> Match:
 def along_normals(isovalue: float) -> Match:
     """From field to field along the normals, each time from where the nodes are."""
 
-    def match(
-        base: iv.Surface, path: Sequence[LevelSet]
-    ) -> tuple[iv.Surface, iv.Correspondence]:
+    def match(base: iv.Surface, path: Sequence[LevelSet]) -> tuple[iv.Surface, iv.Correspondence]:
         current, found = base, np.ones(len(base.points), dtype=bool)
         for field in path[1:]:
             current, step = iv.carry(current, field, isovalue)
             found &= step.found
-        lost = np.where(found, step.triangle, -1), np.where(found[:, None], step.barycentric, np.nan)
+        lost = (
+            np.where(found, step.triangle, -1),
+            np.where(found[:, None], step.barycentric, np.nan),
+        )
         return current, iv.Correspondence(*lost, step.distance, step.hits)
 
     return match
@@ -385,12 +390,11 @@ def isometry_table(tubed: Sequence[Outcome], rolled: Sequence[Outcome]) -> str:
         "**Isometries** (100 pairs; strain is the rms Green strain, edge strain the rms change of "
         "the lengths between neighbouring nodes, change the rms over nodes and times):",
         "",
-        HEADER.format("surfaces, way").replace(" noise floor |", "").replace("| --- ", "|", 1)
-        .replace("\n|", "\n"),
+        header("surfaces, way", floor=False),
     ]
     for row in [*tubed, *rolled]:
         name = row.way if "sheet" in row.way else f"tube bent to radius 6, {row.way}"
-        lines.append(f"| {name} | {row.cells.rpartition('|')[0]}| {row.seconds:.1f} |")
+        lines.append(row.line(name, floor=False))
     return "\n".join(lines) + "\n"
 
 
@@ -410,7 +414,10 @@ def known_maps(sizes: Sequence[int] = (150, 300, 600, 1200)) -> str:
     errors: dict[str, list[float]] = {"scaled by 1.1": [], "turned by 14 degrees, shifted": []}
     for size in sizes:
         base = iv.marching_cubes(triaxial(), -1.0, vertices=size)
-        known = ((triaxial(1.1), 1.1 * base.points), (triaxial(1.0, motion), motion.apply(base.points)))
+        known = (
+            (triaxial(1.1), 1.1 * base.points),
+            (triaxial(1.0, motion), motion.apply(base.points)),
+        )
         for mine, (field, exact) in zip(errors.values(), known, strict=True):
             carried, _ = iv.carry_isometrically(base, [field], -1.0)
             mine.append(float(np.linalg.norm(carried.points - exact, axis=1).max()))
@@ -422,8 +429,9 @@ def known_maps(sizes: Sequence[int] = (150, 300, 600, 1200)) -> str:
         "| --- " * (len(sizes) + 2) + "|",
     ]
     for name, mine in errors.items():
-        order = -2 * np.polyfit(np.log(sizes), np.log(mine), 1)[0]
-        lines.append(f"| {name} | " + " | ".join(f"{e:.1e}" for e in mine) + f" | {order:.1f} |")
+        fitted = -2 * np.polyfit(np.log(sizes), np.log(mine), 1)[0]
+        order = f"{fitted:.1f}" if min(mine) > SETTLED else "none"
+        lines.append(f"| {name} | " + " | ".join(f"{e:.1e}" for e in mine) + f" | {order} |")
     return "\n".join(lines) + "\n\n" + slip_table()
 
 
@@ -442,30 +450,38 @@ def bar(twist: float, half: float = 4.0) -> iv.ScalarField:
 
 def slip_table() -> str:
     """A twisted bar's slip against Bredt's -2 A t / P."""
-    base = iv.marching_cubes(bar(0.0), 0.0, vertices=500)
-    x, y, z = base.points.T
-    round_ = np.column_stack([-y / 0.6, 0.6 * x, 0 * x])
-    round_ /= np.linalg.norm(round_, axis=1, keepdims=True)
-    middle, girth = np.abs(z) < 2, 4 * ellipe(1 - 0.6**2)
+    girth = 4 * ellipe(1 - 0.6**2)
     lines = [
         "A twisted elliptic bar slips around its girth, by Bredt's formula -2 A t / P per length "
         "(area A and girth P of its section, twist t; exact for small t):",
         "",
-        "| twist per length | slip measured | Bredt | strain, isometrically | strain, along normals |",
-        "| --- " * 5 + "|",
+        "| vertices | twist per length | slip measured | Bredt | strain, isometrically | strain, "
+        "along normals |",
+        "| --- " * 6 + "|",
     ]
-    for twist in (0.02, 0.05, 0.1):
-        carried, _ = iv.carry_isometrically(base, [bar(twist)], 0.0)
-        along, _ = iv.carry(base, bar(twist), 0.0)
-        swept = np.column_stack([-twist * z * y, twist * z * x, 0 * z])
-        slip = ((carried.points - base.points - swept) * round_).sum(axis=1)
-        rate = np.polyfit(z[middle], slip[middle], 1)[0]
-        strains = [iv.distortion(base, s.points).strain for s in (carried, along)]
-        bredt = -2 * np.pi * 0.6 * twist / girth
-        lines.append(
-            f"| {twist:g} | {rate:.5f} | {bredt:.5f} | {strains[0]:.2%} | {strains[1]:.2%} |"
-        )
+    for vertices in (500, 1500):
+        base = iv.marching_cubes(bar(0.0), 0.0, vertices=vertices)
+        for twist in (0.02, 0.05, 0.1):
+            carried, _ = iv.carry_isometrically(base, [bar(twist)], 0.0)
+            along, _ = iv.carry(base, bar(twist), 0.0)
+            mine, theirs = (iv.distortion(base, s.points).strain for s in (carried, along))
+            bredt = -2 * np.pi * 0.6 * twist / girth
+            lines.append(
+                f"| {vertices:,} | {twist:g} | {slip(base, carried, twist):.5f} | {bredt:.5f} | "
+                f"{mine:.2%} | {theirs:.2%} |"
+            )
     return "\n".join(lines) + "\n"
+
+
+def slip(base: iv.Surface, carried: iv.Surface, twist: float) -> float:
+    """Move around the girth per length, beyond the twist, in the bar's middle half."""
+    x, y, z = base.points.T
+    girth = np.column_stack([-y / 0.6, 0.6 * x, 0 * x])
+    girth /= np.linalg.norm(girth, axis=1, keepdims=True)
+    swept = np.column_stack([-twist * z * y, twist * z * x, 0 * z])
+    moves = ((carried.points - base.points - swept) * girth).sum(axis=1)
+    middle = np.abs(z) < 2
+    return float(np.polyfit(z[middle], moves[middle], 1)[0])
 
 
 def torsion_fields(folder: Path | None) -> list[iv.ScalarField]:
@@ -486,16 +502,23 @@ def torsion_fields(folder: Path | None) -> list[iv.ScalarField]:
 
 
 def torsions(fields: Sequence[iv.ScalarField]) -> list[Outcome]:
-    """From 60 to 180 degrees and, for rays, also from 60 to 75, by every way."""
+    """From 60 to 180 degrees and, for a start, to 75, by every way, aligned and as they lie."""
     bases = [iv.marching_cubes(fields[0], DENSITY, vertices=size) for size in (500, 300)]
-    path = aligned(bases[0], fields, DENSITY)
-    first, rest = path[:2], ways(DENSITY)
-    names = list(rest)
-    steps = len(path) - 1
-    runs = [(f"{name}, 60 to 75", first) for name in names]
-    runs += [(f"{name}, one jump", [path[0], path[-1]]) for name in names]
-    runs += [(f"{name}, {steps} steps", path) for name in names[1:]]
-    return [outcome(name, rest[name.rpartition(",")[0]], bases, way, 200) for name, way in runs]
+    path, every, steps = aligned(bases[0], fields, DENSITY), ways(DENSITY), len(fields) - 1
+    several = [name for name in every if "rays" not in name]
+    runs = [(name, f"{name}, 60 to 75", path[:2]) for name in every]
+    for said, way in (("", path), (", not aligned", list(fields))):
+        runs += [(name, f"{name}, one jump{said}", [way[0], way[-1]]) for name in every]
+        runs += [(name, f"{name}, {steps} steps{said}", way) for name in several]
+    found = [outcome(way, every[name], bases, there, 200) for name, way, there in runs]
+    return [in_place(row, path[-1]) if "not aligned" in row.way else row for row in found]
+
+
+def in_place(row: Outcome, field: LevelSet) -> Outcome:
+    """The image moved to where the aligned ones are, for pictures."""
+    if row.partners is None or not isinstance(field, iv.MovedField):
+        return row
+    return replace(row, partners=field.motion.apply(row.partners))
 
 
 def torsion_table(rows: Sequence[Outcome]) -> str:
@@ -504,9 +527,9 @@ def torsion_table(rows: Sequence[Outcome]) -> str:
         f"{DENSITY} e/bohr^3, 500 vertices, 200 pairs; each member aligned with the first; the "
         "noise floor is that of the mesh):",
         "",
-        HEADER.format("way"),
+        header("way", floor=True),
     ]
-    lines += [f"| {row.way} | {row.cells} | {row.seconds:.1f} |" for row in rows]
+    lines += [row.line(row.way, floor=True) for row in rows]
     return "\n".join(lines) + "\n"
 
 
@@ -527,18 +550,52 @@ def write_page(tables: dict[str, str]) -> None:
     page.write_text(text, encoding="utf-8")
 
 
-def shown(rows: Sequence[Outcome], names: Sequence[str]) -> list[Shown]:
-    """What a picture shows of the rows so named, in order."""
+def shown(rows: Sequence[Outcome], names: dict[str, str]) -> list[Shown]:
+    """What a picture shows of the rows so named, in the words given."""
     by_name = {row.way: row for row in rows}
-    picked = [by_name[name] for name in names]
-    return [
-        Shown(row.base, row.partners, row.distortion, row.audit)
-        for row in picked
-        if row.base is not None
-        and row.partners is not None
-        and row.distortion is not None
-        and row.audit is not None
-    ]
+    found = []
+    for name, said in names.items():
+        row = by_name[name]
+        if row.base is None or row.partners is None or row.distortion is None:
+            raise RuntimeError(f"{name}: expected a map to draw, got {row.fault}")
+        first, _, second = said.partition("; ")
+        detail = f"{second}: strain {row.distortion.strain:.1%} (rms)"
+        found.append(Shown(row.base, row.partners, row.distortion, first, detail))
+    return found
+
+
+def draw_sheets(rows: Sequence[Outcome], path: Path) -> None:
+    names = {
+        "sheet rolled to radius 1, rays": "rays; along normals",
+        "sheet rolled to radius 1, closest points": "closest points; nearest place",
+        "sheet rolled to radius 1, isometric_match": "isometric_match; least strain",
+    }
+    draw_maps(
+        shown(rows, names),
+        "Paper rolled up keeps its circles; only the isometric match knows it",
+        "sheet of 2 by 1, flat and rolled to radius 1; every map from and to the same two meshes",
+        path,
+        limit=0.4,
+        height=4.4,
+        spots=(40, 0.06),
+    )
+
+
+def draw_torsion(rows: Sequence[Outcome], path: Path) -> None:
+    names = {
+        "rays, independent meshes, one jump, not aligned": "rays; as it lies",
+        "rays, independent meshes, one jump": "rays; aligned first",
+        "carried isometrically, 8 steps": "carried isometrically; aligned first",
+    }
+    draw_maps(
+        shown(rows, names),
+        "A twisted molecule: rays smear what the isometric carry keeps in shape",
+        "hydrogen peroxide, dihedral angle 60 to 180 degrees; isosurface of the electron density",
+        path,
+        limit=0.4,
+        height=4.9,
+        spots=(110, 0.22),
+    )
 
 
 def main() -> None:
@@ -551,6 +608,7 @@ def main() -> None:
         rolled = [row for radius in (5.0, 2.0, 1.0) for row in sheets(radius)]
         tables["isometries"] = isometry_table(tubes(), rolled)
         print(tables["isometries"], flush=True)
+        draw_sheets(rolled, DOCS / "carrying.png")
         tables["maps"] = known_maps()
         print(tables["maps"], flush=True)
         fields = torsion_fields(Path(told) if told else None)
@@ -558,6 +616,7 @@ def main() -> None:
             rows = torsions(fields)
             tables["torsion"] = torsion_table(rows)
             print(tables["torsion"], flush=True)
+            draw_torsion(rows, DOCS / "torsion.png")
         else:
             print(f"No {TORSION}: its table and picture stay. Name its folder, or ISOVARY_FIELDS.")
     write_page(tables)

@@ -17,7 +17,7 @@ from isovary.view._camera import Camera, choose_camera
 from isovary.view._marks import color_bar
 from isovary.view._opengl import opengl_problem
 from isovary.view._scene import Scene
-from isovary.view._tessellate import at_pieces, tessellate
+from isovary.view._tessellate import tessellate
 
 DARK, GREY = "#1d1d1f", "#555555"
 SPOT, GROUND, BARE = (0.0, 0.27, 0.55), (0.93, 0.91, 0.86), (0.80, 0.80, 0.80)
@@ -43,7 +43,7 @@ def draw_maps(
     path: Path,
     *,
     limit: float,
-    width: float,
+    height: float,
     spots: tuple[int, float],
     camera: Camera | None = None,
 ) -> None:
@@ -52,11 +52,10 @@ def draw_maps(
     ``limit`` is the end of the strain's scale, ``spots`` the number of circles and their radius.
     """
     base = shown[0].base
-    pieces = tessellate(base, 2)
-    camera = camera or choose_camera(pieces.middles, pieces.facing, pieces.areas)
+    camera = camera or camera_for([base, *(image_of(one)[0] for one in shown)])
     circles = spotted(base, *spots)
-    figure = Figure(figsize=(12.8, width), dpi=150, facecolor="white")
-    down = 1 / width
+    figure = Figure(figsize=(12.8, height), dpi=150, facecolor="white")
+    down = 1 / height
     figure.text(0.02, 1 - 0.42 * down, title, size=15, weight="bold", color=DARK)
     figure.text(0.02, 1 - 0.70 * down, said, size=10, color=GREY)
     wide, gap = 0.96 / (len(shown) + 1), 0.01
@@ -64,24 +63,34 @@ def draw_maps(
     upper, lower = 1 - 1.35 * down - high, 0.25 * down
     axes = figure.add_axes((0.02, upper, wide - gap, high))
     words(figure, 0.02, 1 - 1.02 * down, "base", "circles drawn on it", down)
-    draw_surface(axes, base, circles, camera, camera)
+    draw_surface(axes, base, circles, camera)
     for column, one in enumerate(shown, start=1):
         left = 0.02 + column * wide
         words(figure, left, 1 - 1.02 * down, one.words, one.detail, down)
         image, known = image_of(one)
         colors = circles.reshape(len(known), -1, 3)[known].reshape(-1, 3)
         axes = figure.add_axes((left, upper, wide - gap, high))
-        draw_surface(axes, image, colors, camera, camera)
+        draw_surface(axes, image, colors, camera)
         strain = np.repeat(one.distortion.size[known], SPLIT**2)
         axes = figure.add_axes((left, lower, wide - gap, high))
-        draw_surface(
-            axes, image, STRAIN_MAP(np.clip(strain / limit, 0, 1))[:, :3], camera, camera
-        )
+        draw_surface(axes, image, STRAIN_MAP(np.clip(strain / limit, 0, 1))[:, :3], camera)
     box = (0.035, lower + 0.5 * high, wide - 0.06, 0.15 * down)
     color_bar(figure, box, STRAIN_MAP, (0, 100 * limit), "strain: largest change of a length, %")
-    figure.text(0.035, lower + 0.66 * high, "strain of each map", size=11, weight="bold", color=DARK)
+    figure.text(
+        0.035, lower + 0.66 * high, "strain of each map", size=11, weight="bold", color=DARK
+    )
     figure.text(0.035, lower + 0.14 * high, "above the end: black", size=8.5, color=GREY)
     figure.savefig(path)
+
+
+def camera_for(surfaces: Sequence[iv.Surface]) -> Camera:
+    """The view that shows most of all surfaces, in a window that holds them."""
+    pieces = [tessellate(surface, 2) for surface in surfaces]
+    middles, facing, areas = (
+        np.concatenate([getattr(some, name) for some in pieces])
+        for name in ("middles", "facing", "areas")
+    )
+    return choose_camera(middles, facing, areas, None)
 
 
 def words(figure: Figure, left: float, top: float, text: str, detail: str, down: float) -> None:
@@ -110,13 +119,11 @@ def image_of(one: Shown) -> tuple[iv.Surface, np.ndarray]:
     return iv.Surface(one.partners[nodes], local.reshape(-1, one.base.triangles.shape[1])), known
 
 
-def draw_surface(
-    axes: Axes, surface: iv.Surface, colors: Floats, camera: Camera, window: Camera
-) -> None:
+def draw_surface(axes: Axes, surface: iv.Surface, colors: Floats, camera: Camera) -> None:
     axes.set_axis_off()
     width, height = axes.get_figure().get_size_inches()
     box = axes.get_position()
-    left, right, bottom, top = window.window(box.width * width / (box.height * height))
+    left, right, bottom, top = camera.window(box.width * width / (box.height * height))
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     if opengl_problem() is None:
