@@ -46,11 +46,14 @@ from .records import Clusters, Correspondence, Eigenpairs, Surface
 from .rigid_motion import RigidMotion
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
-from .signature import heat_kernel_signature
+from .signature import diffusion_radius, heat_kernel_signature
 from .topology_change import sweep_family, topology_change
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+_LOCAL = 0.25  # of the size: diffusion radii that see a place rather than the whole
+_LEAST_CHANGE = 0.01
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -170,15 +173,25 @@ class Comparison:
 
     @property
     def kinds(self) -> Ints:
-        """What happened at each node (n,), as :class:`isovary.Kind`: moved, bent, stretched..."""
+        """What happened at each node (n,), as :class:`isovary.Kind`: moved, bent, stretched...
+
+        "New shape" is a significant change of the signature by 1 % of its mean or more at
+        a local scale: a diffusion radius below a quarter of the size (root of the area), as far
+        as the signature has times. Larger scales see what happened elsewhere, too.
+        """
+        size = float(np.sqrt(self.base_pairs.area))
+        local = np.ones(len(self.columns), dtype=bool)
+        if self.methods.kind.per_time:
+            local = diffusion_radius(self.times) < _LOCAL * size
+        most = np.abs(self.change[:, local]).max(axis=1, initial=0.0)
         return kinds_of_change(
             np.linalg.norm(self.displacement, axis=1),
             np.linalg.norm(self.partners - self.base.points, axis=1),
             self.strain,
             self.strain_floor,
-            self.significant,
+            self.significant & (most > _LEAST_CHANGE),
             self.correspondence.found,
-            size=float(np.sqrt(self.base_pairs.area)),
+            size=size,
         )
 
     @property
