@@ -304,8 +304,9 @@ def test_every_fault_code_is_in_the_docs():
     assert not missing, f"without a row: {sorted(missing)}"
 
 
-def test_planted_faults_can_be_planted():
+def test_planted_faults_can_be_planted(monkeypatch):
     """Oracle: data. Each fault of tools/planted_faults.py finds its line exactly once."""
+    monkeypatch.syspath_prepend(ROOT / "tools")
     path = ROOT / "tools" / "planted_faults.py"
     spec = importlib.util.spec_from_file_location("planted_faults", path)
     module = importlib.util.module_from_spec(spec)

@@ -13,8 +13,10 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path
+
+from fault import Fault
+from faults_of_carrying import CARRYING
 
 ROOT = Path(__file__).parents[1]
 OPERATORS = "tests/contracts/test_laplacian.py"
@@ -28,17 +30,6 @@ MESHERS = "tests/contracts/test_meshing.py"
 EDITS = "tests/test_mesh_edits.py"
 SIZING = "tests/test_sizing.py"
 RIMS = "tests/test_mesh_rims.py"
-
-
-@dataclass(frozen=True)
-class Fault:
-    """One line made wrong: what is wrong, where, the text before and after, tests to run."""
-
-    what: str
-    file: str
-    before: str
-    after: str
-    tests: tuple[str, ...]
 
 
 FAULTS = (
@@ -533,6 +524,7 @@ FAULTS = (
         "np.arctan2(height, -(ahead * back).sum(axis=2))",
         ("tests/test_mesh_quality.py",),
     ),
+    *CARRYING,
 )
 
 

@@ -1,0 +1,84 @@
+"""Faults of aligning, carrying and the floors: what :mod:`planted_faults` plants besides."""
+
+from __future__ import annotations
+
+from fault import Fault
+
+ISOMETRY = "tests/test_isometry.py"
+COMPARISON = "tests/test_comparison.py"
+
+CARRYING = (
+    Fault(
+        "slide: half of the shear",
+        "isometry.py",
+        "mixed = (change[..., 0, 1] + change[..., 1, 0]) / np.sqrt(2)",
+        "mixed = (change[..., 0, 1] + change[..., 1, 0]) / 2",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: away from the least strain is taken, too",
+        "isometry.py",
+        "if there.arrived.all() and lower < energy and",
+        "if there.arrived.all() and",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: no damping", "isometry.py", "_DAMPING = 1e-6  #", "_DAMPING = 1e-30  #", (ISOMETRY,)
+    ),
+    Fault(
+        "strain: one component only",
+        "isometry.py",
+        "strain = (tensor - np.eye(2)) / 2",
+        "strain = (tensor - np.eye(2)) * [[0.5, 0], [0, 0]]",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "carry: rims are not held",
+        "carrying/_isometrically.py",
+        "        frames[on_face] = 0\n",
+        "",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "carry: corners of rims slide",
+        "carrying/_isometrically.py",
+        "        frames[count > 1] = 0\n",
+        "",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "carry: the strain of each step alone",
+        "carrying/_isometrically.py",
+        "points = slide(base, carried.points,",
+        "points = slide(current, carried.points,",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "carry: nobody follows a rim",
+        "carrying/_along_normals.py",
+        "    moves = _diffused(surface, rim, along, length)\n",
+        "",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "align: the motion taken backwards",
+        "levels.py",
+        "moved(self.perturbed, self.motion)]",
+        "moved(self.perturbed, self.motion.inverse)]",
+        (COMPARISON,),
+    ),
+    Fault(
+        "moved field: gradients not turned",
+        "level_sets.py",
+        "return level, self.motion.turn(gradient)",
+        "return level, gradient",
+        (COMPARISON,),
+    ),
+    Fault(
+        "blend: the first field's gradient",
+        "level_sets.py",
+        "[weight * gradient for weight, _, gradient in mixed]",
+        "[weight * mixed[0][2] for weight, _, _ in mixed]",
+        (ISOMETRY,),
+    ),
+)
