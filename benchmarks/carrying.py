@@ -28,6 +28,7 @@ from isovary.correspondence import isometric_match
 from isovary.data import water_pair
 from isovary.geometry import Floats, edges_of, linear_triangles
 from isovary.level_sets import LevelSet, moved
+from isovary.view._camera import Camera
 
 DOCS = Path(__file__).parents[1] / "docs"
 TORSION = "h2o2_torsion_density.npz"
@@ -192,6 +193,7 @@ class Outcome:
     fault: str = ""
     base: iv.Surface | None = None
     partners: Floats | None = None
+    match: iv.Correspondence | None = None
     audit: iv.CorrespondenceAudit | None = None
     distortion: iv.Distortion | None = None
     change: Floats | None = None
@@ -260,6 +262,7 @@ def outcome(
         "",
         bases[0],
         partners,
+        found,
         iv.audit(bases[0], other, found),
         iv.distortion(bases[0], partners),
         change,
@@ -362,12 +365,16 @@ def aligned(base: iv.Surface, fields: Sequence[iv.ScalarField], isovalue: float)
     return [fields[0], *(moved(f, motion) for f, motion in zip(fields[1:], motions, strict=True))]
 
 
+def sheet_meshes(radius: float) -> tuple[iv.Surface, iv.Surface, iv.Surface]:
+    """A flat sheet of 2 by 1; one rolled to a radius, on other triangles, aligned; it unrolled."""
+    base, flat = iv.sheet(2.0, 1.0, (24, 12)), iv.sheet(2.0, 1.0, (27, 14))
+    rolled = iv.sheet(2.0, 1.0, (27, 14), bend=1 / radius)
+    return base, iv.align(base, rolled).motion.surface(rolled), flat
+
+
 def sheets(radius: float) -> list[Outcome]:
-    """A flat sheet of 2 by 1 and the same rolled to a radius, on other triangles."""
-    base, rolled = iv.sheet(2.0, 1.0, (24, 12)), iv.sheet(2.0, 1.0, (27, 14), bend=1 / radius)
-    middle = base.points - [0, 0, base.points[:, 2].mean()]
-    base = replace(base, points=middle)
-    rolled = iv.align(base, rolled).motion.surface(rolled)
+    """The flat sheet and the rolled one, by every way of matching meshes without fields."""
+    base, rolled, _ = sheet_meshes(radius)
     methods = {
         "rays": iv.normal_rays,
         "closest points": iv.closest_point,
@@ -559,42 +566,59 @@ def shown(rows: Sequence[Outcome], names: dict[str, str]) -> list[Shown]:
         if row.base is None or row.partners is None or row.distortion is None:
             raise RuntimeError(f"{name}: expected a map to draw, got {row.fault}")
         first, _, second = said.partition("; ")
-        detail = f"{second}: strain {row.distortion.strain:.1%} (rms)"
+        strain = row.distortion.strain
+        detail = f"{second}: strain {strain:{'.1%' if strain > 0.001 else '.2%'}} (rms)"
         found.append(Shown(row.base, row.partners, row.distortion, first, detail))
     return found
 
 
 def draw_sheets(rows: Sequence[Outcome], path: Path) -> None:
+    """The maps onto the sheet of radius 1, drawn with that sheet unrolled again."""
+    flat = sheet_meshes(1.0)[2]
+    unrolled = [
+        replace(row, partners=iv.interpolate(row.match, flat, flat.points))
+        for row in rows
+        if row.match is not None
+    ]
     names = {
         "sheet rolled to radius 1, rays": "rays; along normals",
         "sheet rolled to radius 1, closest points": "closest points; nearest place",
-        "sheet rolled to radius 1, isometric_match": "isometric_match; least strain",
+        "sheet rolled to radius 1, isometric_match": "isometric_match; lengths kept",
     }
     draw_maps(
-        shown(rows, names),
-        "Paper rolled up keeps its circles; only the isometric match knows it",
-        "sheet of 2 by 1, flat and rolled to radius 1; every map from and to the same two meshes",
+        shown(unrolled, names),
+        "Rolling paper changes no length: only the isometric match finds every point again",
+        "sheet of 2 by 1, flat (base) and rolled to radius 1; where each map puts the base on the "
+        "rolled sheet, drawn unrolled",
         path,
         limit=0.4,
-        height=4.4,
-        spots=(40, 0.06),
+        height=4.1,
+        spots=(60, 0.055),
+        split=18,
+        camera=Camera(np.eye(3), np.array([-1.0, 0, 0]), np.array([1.0, 1.0, 0.01])),
     )
 
 
 def draw_torsion(rows: Sequence[Outcome], path: Path) -> None:
+    """The maps in one jump, in place and aligned, and the isometric one."""
     names = {
-        "rays, independent meshes, one jump, not aligned": "rays; as it lies",
-        "rays, independent meshes, one jump": "rays; aligned first",
-        "carried isometrically, 8 steps": "carried isometrically; aligned first",
+        "rays, independent meshes, one jump, not aligned": "rays along normals; in place",
+        "rays, independent meshes, one jump": "rays along normals; aligned first",
+        "carried isometrically, one jump": "carried isometrically; aligned first",
     }
+    maps = shown(rows, names)
+    most = [np.nanmax(one.distortion.stretches) - 1 for one in maps]
     draw_maps(
-        shown(rows, names),
-        "A twisted molecule: rays smear what the isometric carry keeps in shape",
-        "hydrogen peroxide, dihedral angle 60 to 180 degrees; isosurface of the electron density",
+        maps,
+        f"A twisted molecule: rays along normals stretch lengths by up to {most[0]:.0%}, the "
+        f"isometric carry by {most[2]:.0%}",
+        "hydrogen peroxide, dihedral angle 60 to 180 degrees; isosurface of the electron density "
+        "at 0.05 e/bohr³; all perturbed surfaces are one, drawn aligned",
         path,
         limit=0.4,
         height=4.9,
         spots=(110, 0.22),
+        split=12,
     )
 
 

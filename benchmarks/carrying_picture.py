@@ -20,9 +20,8 @@ from isovary.view._scene import Scene
 from isovary.view._tessellate import tessellate
 
 DARK, GREY = "#1d1d1f", "#555555"
-SPOT, GROUND, BARE = (0.0, 0.27, 0.55), (0.93, 0.91, 0.86), (0.80, 0.80, 0.80)
+SPOT, GROUND = (0.0, 0.27, 0.55), (0.93, 0.91, 0.86)
 STRAIN_MAP = colormaps["inferno_r"]
-SPLIT = 10
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,15 +44,17 @@ def draw_maps(
     limit: float,
     height: float,
     spots: tuple[int, float],
+    split: int,
     camera: Camera | None = None,
 ) -> None:
     """Circles on the base and under each map, in the upper row; the strain in the lower one.
 
-    ``limit`` is the end of the strain's scale, ``spots`` the number of circles and their radius.
+    ``limit`` is the end of the strain's scale, ``spots`` the number of circles and their radius,
+    ``split`` the pieces along an element's edge.
     """
     base = shown[0].base
     camera = camera or camera_for([base, *(image_of(one)[0] for one in shown)])
-    circles = spotted(base, *spots)
+    circles = spotted(base, *spots, split)
     figure = Figure(figsize=(12.8, height), dpi=150, facecolor="white")
     down = 1 / height
     figure.text(0.02, 1 - 0.42 * down, title, size=15, weight="bold", color=DARK)
@@ -63,23 +64,25 @@ def draw_maps(
     upper, lower = 1 - 1.35 * down - high, 0.25 * down
     axes = figure.add_axes((0.02, upper, wide - gap, high))
     words(figure, 0.02, 1 - 1.02 * down, "base", "circles drawn on it", down)
-    draw_surface(axes, base, circles, camera)
+    draw_surface(axes, base, circles, camera, split)
     for column, one in enumerate(shown, start=1):
         left = 0.02 + column * wide
         words(figure, left, 1 - 1.02 * down, one.words, one.detail, down)
         image, known = image_of(one)
         colors = circles.reshape(len(known), -1, 3)[known].reshape(-1, 3)
         axes = figure.add_axes((left, upper, wide - gap, high))
-        draw_surface(axes, image, colors, camera)
-        strain = np.repeat(one.distortion.size[known], SPLIT**2)
+        draw_surface(axes, image, colors, camera, split)
+        strain = np.repeat(one.distortion.size[known], split**2)
         axes = figure.add_axes((left, lower, wide - gap, high))
-        draw_surface(axes, image, STRAIN_MAP(np.clip(strain / limit, 0, 1))[:, :3], camera)
-    box = (0.035, lower + 0.5 * high, wide - 0.06, 0.15 * down)
-    color_bar(figure, box, STRAIN_MAP, (0, 100 * limit), "strain: largest change of a length, %")
+        painted = STRAIN_MAP(np.clip(strain / limit, 0, 1))[:, :3]
+        draw_surface(axes, image, painted, camera, split)
+    box = (0.035, lower + 0.5 * high, wide - 0.06, 0.13 * down)
+    color_bar(
+        figure, box, STRAIN_MAP, (0, 100 * limit), "largest change of a length, % (black: more)"
+    )
     figure.text(
         0.035, lower + 0.66 * high, "strain of each map", size=11, weight="bold", color=DARK
     )
-    figure.text(0.035, lower + 0.14 * high, "above the end: black", size=8.5, color=GREY)
     figure.savefig(path)
 
 
@@ -98,9 +101,9 @@ def words(figure: Figure, left: float, top: float, text: str, detail: str, down:
     figure.text(left, top - 0.2 * down, detail, size=8.5, color=GREY)
 
 
-def spotted(base: iv.Surface, count: int, radius: float) -> Floats:
+def spotted(base: iv.Surface, count: int, radius: float, split: int) -> Floats:
     """Colours of the base's pieces: circles around points that lie far from each other."""
-    middles = tessellate(base, SPLIT).middles
+    middles = tessellate(base, split).middles
     nodes = base.points[np.unique(base.corners)]
     centres = [int(np.linalg.norm(nodes - nodes.mean(axis=0), axis=1).argmax())]
     away = np.full(len(nodes), np.inf)
@@ -119,7 +122,9 @@ def image_of(one: Shown) -> tuple[iv.Surface, np.ndarray]:
     return iv.Surface(one.partners[nodes], local.reshape(-1, one.base.triangles.shape[1])), known
 
 
-def draw_surface(axes: Axes, surface: iv.Surface, colors: Floats, camera: Camera) -> None:
+def draw_surface(
+    axes: Axes, surface: iv.Surface, colors: Floats, camera: Camera, split: int
+) -> None:
     axes.set_axis_off()
     width, height = axes.get_figure().get_size_inches()
     box = axes.get_position()
@@ -130,4 +135,4 @@ def draw_surface(axes: Axes, surface: iv.Surface, colors: Floats, camera: Camera
         from isovary.view._render_vtk import draw
     else:
         from isovary.view._render_matplotlib import draw
-    draw(axes, Scene(tessellate(surface, SPLIT), colors), camera)
+    draw(axes, Scene(tessellate(surface, split), colors), camera)

@@ -184,7 +184,8 @@ class Refinement:
     @property
     def strain_floor(self) -> Floats:
         """Numerical error (n,) of the strain, from the coarser meshes."""
-        strain, order = self.level.strain[:, None], self.level.methods.order(self.level.base)
+        strain = self.level.strain[:, None]
+        order = max(self.level.methods.order(self.level.base) - 1, 1)  # of gradients
         floors = [
             noise_floor(self.level.base, strain, level.base, level.strain[:, None], order=order)
             for level in self.coarse

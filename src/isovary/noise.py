@@ -25,7 +25,7 @@ from .signature import heat_kernel_signature
 from .spectrum import eigenpairs, with_spare
 
 SIGNIFICANCE = 2.0
-"""A change counts where its norm exceeds this many noise floors: two standard errors."""
+"""A change counts where its norm exceeds this many noise floors, of two standard errors each."""
 
 _SMOOTHINGS = 4
 _STANDARD_ERRORS = 2.0  # in a floor: 95 % of a normal distribution
