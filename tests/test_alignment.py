@@ -9,7 +9,8 @@ import pytest
 from conftest import ELLIPSOID_ISOVALUE, ellipsoid_field
 
 import isovary as iv
-from isovary.alignment import Alignment, _field_feet, _mesh_feet, align
+from isovary.alignment import Alignment, align
+from isovary.alignment._align import _field_feet, _mesh_feet
 from isovary.data import water_pair
 from isovary.level_sets import MovedField
 from isovary.projection import outward_normals, project

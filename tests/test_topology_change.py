@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import isovary as iv
-from isovary.topology_change import _to_critical, blended, sweep_family, topology_change
+from isovary.families import blended, sweep_family
+from isovary.topology_change import _to_critical, topology_change
 
 NOTHING = iv.Topology(0, 0, 0, 0)
 SPHERE = iv.Topology(1, 0, 2, 0)

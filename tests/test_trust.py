@@ -211,6 +211,7 @@ def test_only_what_matches_is_compared(changed_parts):
     assert np.abs(exact).max() > 0.09
 
 
+@pytest.mark.slow
 def test_the_mesh_is_refined_to_the_accuracy_asked_for():
     """Oracle: algebra. Doubled until the mesh's noise over the change is at most 2 %, no more."""
     base, perturbed = (iv.read_field(path) for path in water_pair())

@@ -62,9 +62,9 @@ CARRYING = (
     ),
     Fault(
         "align: the motion taken backwards",
-        "levels.py",
-        "moved(self.perturbed, self.motion)]",
-        "moved(self.perturbed, self.motion.inverse)]",
+        "task.py",
+        "moved(field, found.motion) for",
+        "moved(field, found.motion.inverse) for",
         (COMPARISON,),
     ),
     Fault(

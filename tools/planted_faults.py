@@ -246,7 +246,7 @@ FAULTS = (
     ),
     Fault(
         "compare: noise floor of another operator",
-        "comparison.py",
+        "levels.py",
         "            laplacian=methods.laplacian,\n",
         "",
         (METHODS,),
@@ -499,7 +499,7 @@ FAULTS = (
     Fault(
         "quality: the sizing of the comparison is not asked",
         "comparison.py",
-        "isovalue, sizing=methods.sizing)",
+        "isovalue, sizing=sizing)",
         "isovalue)",
         ("tests/test_methods.py",),
     ),

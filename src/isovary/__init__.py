@@ -39,6 +39,7 @@ from .extrinsic import (
     hausdorff_distance,
     kinds_of_change,
 )
+from .families import blended, sweep_family
 from .geometry import Topology, rim_nodes, topology
 from .io import read_field, read_surface
 from .isometry import Distortion, distortion
@@ -97,7 +98,7 @@ from .signature import (
     wave_kernel_signature,
 )
 from .spectrum import drop_cut_multiplet, eigenpairs
-from .topology_change import TopologyChange, blended, sweep_family, topology_change
+from .topology_change import TopologyChange, topology_change
 
 __version__ = _version("isovary")
 

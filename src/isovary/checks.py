@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from .errors import ArgumentError, FieldError
-from .levels import Match, fewest_vertices
+from .levels import fewest_vertices
 from .methods import Methods, method_name
 from .scalar_field import ScalarField
+from .task import Match
 
 
 def check_fields(

@@ -33,13 +33,13 @@ from . import (
 )
 from . import laplacian as operators
 from . import signature as signatures
-from .comparison import Comparison, field_facts
+from .comparison import Comparison
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
 from .io._atomic import check_output
 from .io._meshes import save_mesh
 from .io._results import save
-from .levels import Match, Walk
+from .levels import Walk
 from .meshing import (
     DEFAULT_VERTICES,
     Mesher,
@@ -58,6 +58,7 @@ from .notes import noted_warnings
 from .quality import mesh_quality
 from .records import Laplacian
 from .scalar_field import ScalarField
+from .task import Match, field_facts
 
 _MATCHES: dict[str, Match | None] = {
     "carried": None,

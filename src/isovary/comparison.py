@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,32 +13,27 @@ import numpy as np
 from .alignment import Alignment
 from .checks import check_fields, check_methods, check_numbers
 from .clustering import k_medians
-from .correspondence import CorrespondenceAudit, audit, closest_point, interpolate
+from .correspondence import CorrespondenceAudit, audit, interpolate
 from .difference import change_norm
-from .errors import ArgumentError, CorrespondenceError, IsovaryError
+from .errors import ArgumentError, CorrespondenceError
 from .extrinsic import Kind, extrinsic_summary, kinds_of_change
 from .geometry import Bools, Floats, Ints, Topology, node_areas, topology
 from .isometry import Distortion, distortion
 from .laplacian import fem
-from .level_sets import LevelSet, moved
 from .levels import (
-    FIRST_VERTICES,
     WANTED_NOISE,
-    Match,
     Progress,
     Refinement,
-    Task,
     Walk,
-    aligned,
-    fewest_vertices,
     make_level,
     refined_levels,
     relative_rms,
+    sample_floor,
 )
 from .matching import ComponentMatch
-from .meshing import Mesher, better_interpolation, interpolation_errors, marching_cubes
-from .methods import Methods, Operator, Signature, method_name
-from .noise import SIGNIFICANCE, sampling_floor
+from .meshing import Mesher, marching_cubes
+from .methods import Methods, Operator, Signature
+from .noise import SIGNIFICANCE
 from .notes import noted_warnings, reader_notes
 from .quality import MeshQuality, mesh_quality
 from .records import Clusters, Correspondence, Eigenpairs, Surface
@@ -47,7 +41,7 @@ from .rigid_motion import RigidMotion
 from .rims import near_rim, rim_distance
 from .scalar_field import ScalarField
 from .signature import diffusion_radius, heat_kernel_signature
-from .topology_change import sweep_family, topology_change
+from .task import Match, Task, aligned, same_interpolation, where_topology_changes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -382,60 +376,86 @@ def compare(
     check_methods(methods, correspondence)
     with noted_warnings() as warned:
         with walk.stage("interpolation"):
-            fields, errors = _same_interpolation((base, *through, perturbed), isovalue)
+            fields = same_interpolation((base, *through, perturbed), isovalue)
         with walk.stage("alignment"):
-            alignment, members = _alignments(fields, isovalue, align)
+            alignments = aligned(fields, isovalue)
         task = Task(
-            fields[0],
-            fields[-1],
+            fields,
             isovalue,
-            alignment.motion if align else RigidMotion(),
+            alignments,
             methods,
+            align,
             order,
             pairs,
             correspondence,
             isometric,
-            members,
             only_matching,
         )
-        try:
-            solved = refined_levels(
-                partial(make_level, task, walk),
-                task,
-                times,
-                walk,
-                vertices=vertices,
-                accuracy=accuracy,
-                noise_meshes=noise_meshes,
-            )
-        except CorrespondenceError as error:
-            if error.code == "C01":
-                error.add_note(_where_topology_changes(fields, isovalue))
-            raise
-    level, samples = solved.level, solved.samples
+        solved = _solved(task, times, walk, vertices, accuracy, noise_meshes)
+    result = _measured(task, solved, groups, rng, walk)
+    asked = {
+        "vertices": "by accuracy" if vertices is None else vertices,
+        "accuracy": accuracy or WANTED_NOISE,
+        "times": times,
+    }
+    others = (text for text in warned if not text.endswith("[M14]"))  # reader_notes tells it
+    notes = (*reader_notes(result, accuracy or WANTED_NOISE), *others)
+    walk.finish()
+    return replace(result, choices={**result.choices, **asked}, notes=notes, timings=walk.timings)
+
+
+def _solved(
+    task: Task,
+    times: int,
+    walk: Walk,
+    vertices: int | None,
+    accuracy: float | None,
+    noise_meshes: int,
+) -> Refinement:
+    """The eigenpairs on meshes fine enough; an error of topology is told its place."""
+    try:
+        return refined_levels(
+            partial(make_level, task, walk),
+            task,
+            times,
+            walk,
+            vertices=vertices,
+            accuracy=accuracy,
+            noise_meshes=noise_meshes,
+        )
+    except CorrespondenceError as error:
+        if error.code == "C01":
+            error.add_note(where_topology_changes(task))
+        raise
+
+
+def _measured(task: Task, solved: Refinement, groups: int, rng: int, walk: Walk) -> Comparison:
+    """All that follows from the eigenpairs, but for the notes."""
+    level, samples, isovalue = solved.level, solved.samples, task.isovalue
     with walk.stage("signatures and noise floor"):
         before, after, change = level.change(samples)
         unit_area_change = level.change(samples, unit_area=True)[2]
         floors = {"mesh": solved.noise_floor, "pairs": level.truncation_floor(samples)}
     with walk.stage("noise floor of the samples"), noted_warnings():
-        floors["samples"] = _sample_floor(task, solved) if change.any() else 0 * change
+        floors["samples"] = sample_floor(task, solved) if change.any() else 0 * change
         floor = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in floors.values()))
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
         clusters = _groups(change, floor, significant, groups, rng)
     with walk.stage("mesh quality"):
-        base_quality = mesh_quality(level.base, task.base, isovalue, sizing=methods.sizing)
+        sizing = task.methods.sizing
+        base_quality = mesh_quality(level.base, task.base, isovalue, sizing=sizing)
         in_place = task.motion.inverse.surface(level.perturbed)
         perturbed_quality = mesh_quality(in_place, task.perturbed, isovalue)
         audited = audit(level.base, level.perturbed, level.correspondence)
-    walk.finish()
-    result = Comparison(
+    noises = {f"noise_of_the_{part}": relative_rms(f, change) for part, f in floors.items()}
+    return Comparison(
         isovalue=isovalue,
         base=level.base,
         perturbed=level.perturbed,
         base_pairs=level.base_pairs,
         perturbed_pairs=level.perturbed_pairs,
-        methods=methods,
+        methods=task.methods,
         times=samples,
         base_signature=before,
         perturbed_signature=after,
@@ -448,7 +468,7 @@ def compare(
         topology=topology(level.base.triangles),
         base_quality=base_quality,
         perturbed_quality=perturbed_quality,
-        alignment=alignment,
+        alignment=task.alignments[-1],
         motion=task.motion,
         distortion=distortion(level.base, level.partners),
         strain=level.strain,
@@ -457,118 +477,15 @@ def compare(
         components=level.components,
         notes=(),
         choices={
-            **_fields_said(fields),
-            "interpolation_errors_at_half_resolution": errors,
-            "mesher": method_name(mesher),
-            "vertices": "by accuracy" if vertices is None else vertices,
-            "accuracy": WANTED_NOISE if accuracy is None else accuracy,
-            "refinement": [{"vertices": n, "relative_noise": r} for n, r in solved.history],
-            "order": order,
-            "laplacian": method_name(laplacian),
-            "signature": method_name(signature),
-            "pairs": pairs,
-            "times": times,
-            "scaling": methods.scaling,
-            "alignment": "rigid" if align else "off",
-            "correspondence": "carried" if correspondence is None else method_name(correspondence),
-            "carrying": "isometric" if isometric else "along normals",
-            "only_matching": only_matching,
-            "noise_floor_vertices": [coarse.vertices for coarse in solved.coarse],
-            **{f"noise_of_the_{k}": relative_rms(part, change) for k, part in floors.items()},
+            **task.choices,
+            **solved.facts,
+            **noises,
             "clustering": "k_medians",
             "groups": groups,
             "seed": rng,
         },
-        timings=walk.timings,
+        timings={},
     )
-    others = (text for text in warned if not text.endswith("[M14]"))  # reader_notes tells it
-    return replace(result, notes=(*reader_notes(result, accuracy or WANTED_NOISE), *others))
-
-
-def _where_topology_changes(fields: Sequence[ScalarField], isovalue: float) -> str:
-    """Between which two fields, and where, in a sentence for the error."""
-    try:
-        family = sweep_family(range(len(fields)), fields, isovalue)
-        found = topology_change(family, 0, len(fields) - 1)
-    except IsovaryError as error:
-        return f"where it happens cannot be told: {error}"
-    place = ", ".join(f"{x:.4g}" for x in found.place)
-    return (
-        f"{found.kind}: at {found.parameter:.4g} on the way from the base (0) to the perturbed "
-        f"field ({len(fields) - 1}), values between the fields mixed, near ({place})"
-    )
-
-
-def _alignments(
-    fields: Sequence[ScalarField], isovalue: float, align: bool
-) -> tuple[Alignment, tuple[LevelSet, ...]]:
-    """How the last field is aligned with the first, and those between, aligned if asked for."""
-    alignments = aligned(fields, isovalue)
-    between = zip(fields[1:-1], alignments[:-1], strict=True)
-    members = (moved(member, at.motion) if align else member for member, at in between)
-    return alignments[-1], tuple(members)
-
-
-def _fields_said(fields: Sequence[ScalarField]) -> dict[str, object]:
-    """What the record of choices says of the fields."""
-    base, *through, perturbed = fields
-    said: dict[str, object] = {
-        "field": base.name,
-        "base": field_facts(base),
-        "perturbed": field_facts(perturbed),
-        "interpolation": "logarithmic" if base.logarithmic else "plain",
-    }
-    return said | ({"through": [field_facts(member) for member in through]} if through else {})
-
-
-def field_facts(field: ScalarField) -> dict[str, object]:
-    """What identifies a field: its grid, its smoothing and the digest of its samples."""
-    return {
-        "shape": list(field.values.shape),
-        "spacing": field.spacing.tolist(),
-        "origin": field.origin.tolist(),
-        "smoothing": field.smoothing,
-        "sha256": sha256(field.values.tobytes()).hexdigest(),
-    }
-
-
-def _same_interpolation(
-    fields: Sequence[ScalarField], isovalue: float
-) -> tuple[list[ScalarField], dict[str, float]]:
-    """The fields with the interpolation that serves the base better, and its measured errors.
-
-    A base that is logarithmic already stays so.
-    """
-    base = fields[0]
-    chosen = base if base.logarithmic else better_interpolation(base, isovalue)
-    logarithmic = chosen.logarithmic and all(field.values.min() > 0 for field in fields)
-    same = [replace(field, logarithmic=logarithmic) for field in fields]
-    return same, interpolation_errors(same[0], isovalue)
-
-
-def _sample_floor(task: Task, solved: Refinement) -> Floats:
-    """Noise floor of the samples at the base's nodes; NaN throughout if it cannot be told."""
-    level, methods = solved.level, task.methods
-    pairs = len(level.base_pairs.values)
-    vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
-    try:
-        mesh = methods.mesher(task.base, task.isovalue, vertices=vertices)
-        floor = sampling_floor(
-            mesh,
-            task.base,
-            task.perturbed,
-            task.isovalue,
-            pairs,
-            solved.samples,
-            motion=task.motion,
-            isometric=task.isometric,
-            laplacian=methods.laplacian,
-            signature=methods.signature,
-        )
-    except IsovaryError:
-        columns = len(methods.kind.columns(solved.samples))
-        return np.full((len(level.base.points), columns), np.nan)
-    return interpolate(closest_point(level.base, mesh), mesh, floor)
 
 
 def _groups(change: Floats, floor: Floats, significant: Bools, groups: int, rng: int) -> Clusters:

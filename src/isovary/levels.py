@@ -11,29 +11,22 @@ from functools import partial
 
 import numpy as np
 
-from .alignment import Alignment, align
 from .correspondence import closest_point, identity, interpolate
 from .difference import signature_difference
-from .errors import CorrespondenceError
+from .errors import CorrespondenceError, IsovaryError
 from .geometry import Floats, Ints, edges_of, jacobian_ratios, topology
 from .isometry import distortion
-from .level_sets import LevelSet, moved
 from .matching import ComponentMatch, describe, match_components, part_of
 from .meshing import contour
 from .methods import Methods
-from .noise import carried, combined_floor, noise_floor, truncation_floor
+from .noise import carried, combined_floor, noise_floor, sampling_floor, truncation_floor
 from .notes import noted_warnings
-from .projection import outward_normals, project
 from .records import Correspondence, Eigenpairs, Surface
-from .rigid_motion import RigidMotion
-from .scalar_field import ScalarField
 from .spectrum import drop_cut_multiplet, eigenpairs, first_pairs, with_spare
+from .task import Task
 
 Progress = Callable[[str, float], None]
 """Called with a stage's name and the part of the expected work done so far, 0 to 1."""
-
-Match = Callable[[Surface, Surface], Correspondence]
-"""A method of the correspondence room."""
 
 FIRST_VERTICES = {1: 1000, 2: 500}
 """Vertices of the coarser of the first two meshes, by order."""
@@ -47,34 +40,6 @@ _COARSER = 0.8  # vertices of the coarser mesh over the finer's, at most
 _COVERAGE_LIMIT = 0.5
 _FEWER_PAIRS = 0.8
 _LEAST_JACOBIAN = 0.1  # of a carried mesh that elements may stand on
-
-
-@dataclass(frozen=True, eq=False)
-class Task:
-    """What is compared and how, the same on every mesh.
-
-    ``motion`` brings the perturbed field onto the base; ``through`` are fields of members
-    between the two, aligned with the base. ``match`` is None where the mesh is carried,
-    isometrically or along its normals. With ``only_matching`` components without a partner of
-    equal topology are left out, else they are an error.
-    """
-
-    base: ScalarField
-    perturbed: ScalarField
-    isovalue: float
-    motion: RigidMotion
-    methods: Methods
-    order: int = 2
-    pairs: int = 300
-    match: Match | None = None
-    isometric: bool = True
-    through: Sequence[LevelSet] = ()
-    only_matching: bool = False
-
-    @property
-    def path(self) -> list[LevelSet]:
-        """The fields that a mesh is carried through, from the base to the perturbed one."""
-        return [self.base, *self.through, moved(self.perturbed, self.motion)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,6 +147,14 @@ class Refinement:
     history: tuple[tuple[int, float], ...]
 
     @property
+    def facts(self) -> dict[str, object]:
+        """What it took, for the record of choices."""
+        return {
+            "refinement": [{"vertices": n, "relative_noise": r} for n, r in self.history],
+            "noise_floor_vertices": [coarse.vertices for coarse in self.coarse],
+        }
+
+    @property
     def strain_floor(self) -> Floats:
         """Numerical error (n,) of the strain, from the coarser meshes."""
         strain = self.level.strain[:, None]
@@ -237,17 +210,6 @@ def refined_levels(
     with noted_warnings():
         more = [solve(int(coarse.vertices * (1 + 0.06 * k))) for k in range(1, noise_meshes)]
     return replace(found, coarse=(coarse, *more), history=history)
-
-
-def aligned(fields: Sequence[ScalarField], isovalue: float) -> list[Alignment]:
-    """How each field but the first is brought onto the first."""
-    rough = [contour(field, isovalue) for field in fields]
-    points = project(rough[0].points, fields[0], isovalue)
-    base = Surface(points, rough[0].triangles, outward_normals(points, fields[0], isovalue))
-    return [
-        align(base, mesh, field, isovalue)
-        for mesh, field in zip(rough[1:], fields[1:], strict=True)
-    ]
 
 
 def make_level(task: Task, walk: Walk, vertices: int) -> Level:
@@ -357,6 +319,31 @@ def _in_whole(
         spread(partners.hits, 0).astype(np.int64),
     )
     return there, replace(pairs, vectors=spread(pairs.vectors, np.nan))
+
+
+def sample_floor(task: Task, solved: Refinement) -> Floats:
+    """Noise floor of the samples at the base's nodes; NaN throughout if it cannot be told."""
+    level, methods = solved.level, task.methods
+    pairs = len(level.base_pairs.values)
+    vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
+    try:
+        mesh = methods.mesher(task.base, task.isovalue, vertices=vertices)
+        floor = sampling_floor(
+            mesh,
+            task.base,
+            task.perturbed,
+            task.isovalue,
+            pairs,
+            solved.samples,
+            motion=task.motion,
+            isometric=task.isometric,
+            laplacian=methods.laplacian,
+            signature=methods.signature,
+        )
+    except IsovaryError:
+        columns = len(methods.kind.columns(solved.samples))
+        return np.full((len(level.base.points), columns), np.nan)
+    return interpolate(closest_point(level.base, mesh), mesh, floor)
 
 
 def relative_rms(floor: Floats, change: Floats) -> float:

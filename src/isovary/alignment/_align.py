@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import permutations, product
 from typing import NamedTuple
 
 import numpy as np
 
-from .errors import ArgumentError
-from .geometry import EDGES, Bools, Floats, Ints, linear_triangles, node_areas, rim_nodes
-from .level_sets import LevelSet
-from .projection import newton
-from .records import Surface
-from .rigid_motion import RigidMotion
+from ..errors import ArgumentError
+from ..geometry import EDGES, Bools, Floats, Ints, linear_triangles, rim_nodes
+from ..level_sets import LevelSet
+from ..projection import newton
+from ..records import Surface
+from ..rigid_motion import RigidMotion
+from ._starts import Poses, Sites, exponential, sites_of, starts
 
 _UNSEEN = 1e-2  # part of a motion along the normals below which it is not seen
 _CLEARLY = 0.5  # another pose must leave less than this part of the distance,
@@ -27,7 +27,6 @@ _ROUNDING = 1e-12  # in coordinates
 _SAMPLES, _FEW = 300, 150  # nodes that try and shortlist the starts
 _ROUNDS = 40
 _ROUGHLY, _FINELY = 1e-2, 1e-8  # gains of the squared distance that are worth a step
-_TURNS = 12  # starts about an axis that the box holds
 _STEPS = 8  # towards the nearest point of an isosurface
 
 
@@ -147,7 +146,7 @@ def align(
         )
     held = np.zeros(3, dtype=bool) if field is None else _held(base, field)
     names = tuple(name for name, holds in zip("xyz", held, strict=True) if holds)
-    sites = _sites(base)
+    sites = sites_of(base)
     frame = _frame(base, sites, held)
     rough = _mesh_feet(perturbed)
     exact = rough
@@ -169,21 +168,6 @@ def align(
 
 
 @dataclass(frozen=True, eq=False)
-class _Sites:
-    """Nodes (n, 3) of the base and their weights (n,), sum 1."""
-
-    points: Floats
-    weights: Floats
-
-    def some(self, count: int) -> _Sites:
-        """Some of them, each for the same area."""
-        ends = np.cumsum(self.weights)
-        picked = np.searchsorted(ends, (np.arange(count) + 0.5) / count * ends[-1])
-        chosen, times = np.unique(picked, return_counts=True)
-        return _Sites(self.points[chosen], times / count)
-
-
-@dataclass(frozen=True, eq=False)
 class _Frame:
     """Centre and size of the base, and the motions (6, k) about it that are allowed and seen."""
 
@@ -192,14 +176,7 @@ class _Frame:
     seen: Floats
 
 
-class _Poses(NamedTuple):
-    """Motions y -> turns y + shifts, (s, 3, 3) and (s, 3)."""
-
-    turns: Floats
-    shifts: Floats
-
-
-_IDENTITY = _Poses(np.eye(3)[None], np.zeros((1, 3)))
+_IDENTITY = Poses(np.eye(3)[None], np.zeros((1, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,8 +204,8 @@ class _Fit(NamedTuple):
     rms: Floats
 
     @property
-    def poses(self) -> _Poses:
-        return _Poses(self.turns, self.shifts)
+    def poses(self) -> Poses:
+        return Poses(self.turns, self.shifts)
 
 
 def _held(base: Surface, field: LevelSet) -> Bools:
@@ -247,12 +224,7 @@ def _blur(perturbed: Surface, field: LevelSet, isovalue: float) -> float:
     return field.rounding / float(np.median(steep)) if len(steep) else 0.0
 
 
-def _sites(surface: Surface) -> _Sites:
-    areas = node_areas(surface.points, surface.triangles)
-    return _Sites(surface.points, areas / areas.sum())
-
-
-def _frame(base: Surface, sites: _Sites, held: Bools) -> _Frame:
+def _frame(base: Surface, sites: Sites, held: Bools) -> _Frame:
     """The base's frame, with the motions that keep the held faces and that its normals show."""
     centre = sites.weights @ sites.points
     offsets = sites.points - centre
@@ -342,7 +314,7 @@ def _length(vectors: Floats) -> Floats:
     return length
 
 
-def _measure(poses: _Poses, sites: _Sites, feet_of: _FeetOf) -> _Fit:
+def _measure(poses: Poses, sites: Sites, feet_of: _FeetOf) -> _Fit:
     """Distances of the sites to the surface in each pose: along normals, and beyond its rims."""
     own = np.einsum("sji,snj->sni", poses.turns, sites.points - poses.shifts[:, None])
     found = feet_of(own.reshape(-1, 3))
@@ -358,7 +330,7 @@ def _measure(poses: _Poses, sites: _Sites, feet_of: _FeetOf) -> _Fit:
     return _Fit(*poses, sites.points - turned[0], turned[1], turned[2], along, beside, rms)
 
 
-def _steps(fit: _Fit, sites: _Sites, frame: _Frame) -> tuple[Floats, Floats]:
+def _steps(fit: _Fit, sites: Sites, frame: _Frame) -> tuple[Floats, Floats]:
     """Gauss-Newton steps (s, 6) within what is seen, and what they should take off rms^2.
 
     The first half of a step is a shift, the other a turn times the size.
@@ -380,26 +352,15 @@ def _steps(fit: _Fit, sites: _Sites, frame: _Frame) -> tuple[Floats, Floats]:
     return steps / np.maximum(turn, 1)[:, None], np.einsum("si,si->s", steps, slope)
 
 
-def _moved(poses: _Poses, steps: Floats, frame: _Frame) -> _Poses:
+def _moved(poses: Poses, steps: Floats, frame: _Frame) -> Poses:
     """Poses after a step each: a turn about the base's centre, then a shift."""
-    turns = _exponential(steps[:, 3:] / frame.size)
+    turns = exponential(steps[:, 3:] / frame.size)
     shifts = np.einsum("sij,sj->si", turns, poses.shifts - frame.centre) + frame.centre
-    return _Poses(turns @ poses.turns, shifts + steps[:, :3])
-
-
-def _exponential(vectors: Floats) -> Floats:
-    """Rotation matrices (s, 3, 3) of rotation vectors (s, 3), by Rodrigues' formula."""
-    angle = _length(vectors)[:, None, None]
-    x, y, z = vectors.T
-    zero = np.zeros(len(vectors))
-    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    sine, cosine = np.sinc(angle / np.pi), np.sinc(angle / (2 * np.pi)) ** 2 / 2
-    turns: Floats = np.eye(3) + sine * cross + cosine * (cross @ cross)
-    return turns
+    return Poses(turns @ poses.turns, shifts + steps[:, :3])
 
 
 def _descend(
-    poses: _Poses, sites: _Sites, feet_of: _FeetOf, frame: _Frame, gain: float, enough: float
+    poses: Poses, sites: Sites, feet_of: _FeetOf, frame: _Frame, gain: float, enough: float
 ) -> _Fit:
     """Steps that lower the distance, a quarter as long after one that did not.
 
@@ -413,7 +374,7 @@ def _descend(
         active = np.flatnonzero(moving)
         if len(active) == 0:
             break
-        here = _Poses(fit.turns[active], fit.shifts[active])
+        here = Poses(fit.turns[active], fit.shifts[active])
         trial = _measure(_moved(here, damp[active, None] * steps[active], frame), sites, feet_of)
         better = trial.rms < fit.rms[active]
         damp[active] = np.where(better, 1.0, damp[active] / 4)
@@ -426,70 +387,25 @@ def _best_start(
     base: Surface,
     perturbed: Surface,
     held: Bools,
-    sites: _Sites,
+    sites: Sites,
     frame: _Frame,
     rough: _FeetOf,
     exact: _FeetOf,
-) -> _Poses:
+) -> Poses:
     """The pose, fitted to a part of the nodes, that the rule in the notes of align chooses."""
     floor = _FLOOR * frame.size
     near = _descend(_IDENTITY, sites, rough, frame, _ROUGHLY, 0.0)
     near = _descend(near.poses, sites, exact, frame, _ROUGHLY, floor / 10)
     if near.rms[0] <= floor and np.trace(near.turns[0]) > _LITTLE:
         return near.poses
-    fit = _descend(_starts(base, perturbed, held), sites.some(_FEW), rough, frame, _ROUGHLY, 0.0)
+    fit = _descend(starts(base, perturbed, held), sites.some(_FEW), rough, frame, _ROUGHLY, 0.0)
     few = _shortlist(fit)
-    poses = _Poses(
+    poses = Poses(
         np.concatenate([near.turns, fit.turns[few]]), np.concatenate([near.shifts, fit.shifts[few]])
     )
     fit = _descend(poses, sites, exact, frame, _ROUGHLY, floor / 10)
     best = _choice(fit, floor)
-    return _Poses(fit.turns[[best]], fit.shifts[[best]])
-
-
-def _starts(base: Surface, perturbed: Surface, held: Bools) -> _Poses:
-    """Poses with the centroids on each other, as far as held faces let them."""
-    (centre, axes), (other, other_axes) = _outline(base), _outline(perturbed)
-    if not held.any():
-        turns = np.concatenate([_cube_turns(), axes @ _flips() @ other_axes.T])
-        turns = np.concatenate([turns, -turns])
-    elif held.sum() == 1:
-        angles = np.linspace(0, 2 * np.pi, _TURNS, endpoint=False)
-        turns = _exponential(np.outer(angles, held))
-    else:
-        turns = np.eye(3)[None]
-    if held.any():
-        turns = np.concatenate(
-            [turns, np.diag(1.0 - 2 * (np.arange(3) == np.argmin(held))) @ turns]
-        )
-    return _Poses(turns, np.where(held, 0.0, centre - turns @ other))
-
-
-def _outline(surface: Surface) -> tuple[Floats, Floats]:
-    """Centroid (3,) and principal axes (3, 3), in columns."""
-    sites = _sites(surface)
-    centre = sites.weights @ sites.points
-    offsets = sites.points - centre
-    offsets /= np.abs(offsets).max()
-    axes: Floats = np.linalg.eigh(np.einsum("n,ni,nj->ij", sites.weights, offsets, offsets))[1]
-    return centre, axes * np.sign(np.linalg.det(axes))
-
-
-def _flips() -> Floats:
-    """The half turns (4, 3, 3) about the axes, and none."""
-    flips: Floats = np.array([np.diag(s) for s in product((1.0, -1.0), repeat=3) if np.prod(s) > 0])
-    return flips
-
-
-def _cube_turns() -> Floats:
-    """The turns (24, 3, 3) of a cube; none comes first."""
-    signed = [
-        np.diag(signs) @ np.eye(3)[list(order)]
-        for order in permutations(range(3))
-        for signs in product((1.0, -1.0), repeat=3)
-    ]
-    turns: Floats = np.array([turn for turn in signed if np.linalg.det(turn) > 0])
-    return turns
+    return Poses(fit.turns[[best]], fit.shifts[[best]])
 
 
 def _shortlist(fit: _Fit) -> list[int]:
