@@ -151,3 +151,27 @@ def test_bad_input_is_told_by_name(make, code, text):
         make()
     assert caught.value.code == code
     assert text in str(caught.value)
+
+
+def test_one_motion_after_another():
+    """Oracle: algebra. (A after B)(x) = A(B(x)); mirrors multiply; the inverse undoes."""
+    quarter = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    first = iv.RigidMotion(np.diag([1.0, 1, -1]) @ quarter, [1, 2, 3])
+    second = iv.RigidMotion(np.roll(quarter, 1, axis=0), [0, -1, 0.5])
+    points = np.arange(12.0).reshape(4, 3)
+    np.testing.assert_allclose(second.after(first).apply(points), second.apply(first.apply(points)))
+    assert second.after(first).mirrored == (first.mirrored != second.mirrored)
+    assert first.mirrored
+    np.testing.assert_allclose(first.inverse.after(first).apply(points), points)
+
+
+def test_a_mirrored_surface_keeps_its_outside():
+    """Oracle: analytic. An icosphere mirrored: nodes, normals and triangles face outward still."""
+    sphere = iv.icosphere(2)
+    moved = iv.RigidMotion(np.diag([-1.0, 1, 1]), [5, 0, 0]).surface(sphere)
+    np.testing.assert_allclose(moved.points, sphere.points * [-1, 1, 1] + [5, 0, 0])
+    own = iv.Surface(moved.points, moved.triangles).normals
+    out = moved.points - [5, 0, 0]
+    assert (own * out).sum(axis=1).min() > 0.9
+    np.testing.assert_allclose(moved.normals, out, atol=1e-12)
+    assert moved.area == pytest.approx(sphere.area)

@@ -192,7 +192,7 @@ def test_only_what_matches_is_compared(changed_parts):
     """Oracle: analytic. The lone atom is a sphere but for its neighbours' tails, grown by 5 %; the
     rows of the others are unknown, and the coverage is its share of the nodes.
     """
-    result = small(*changed_parts, ISOVALUE, only_matching=True, isometric=False)
+    result = small(*changed_parts, ISOVALUE, only_matching=True)
     lone = result.base.points[:, 1] > 0
     assert 0.2 < lone.mean() < 0.5
     np.testing.assert_array_equal(result.correspondence.found, lone)

@@ -14,7 +14,7 @@ import numpy as np
 from .correspondence import closest_point, identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError, IsovaryError
-from .geometry import Floats, Ints, edges_of, jacobian_ratios, topology
+from .geometry import Floats, Ints, edges_of, jacobian_ratios, node_components, topology
 from .isometry import distortion
 from .matching import ComponentMatch, describe, match_components, part_of
 from .meshing import contour
@@ -328,6 +328,7 @@ def sample_floor(task: Task, solved: Refinement) -> Floats:
     vertices = max(FIRST_VERTICES[2], fewest_vertices(2, pairs))
     try:
         mesh = methods.mesher(task.base, task.isovalue, vertices=vertices)
+        mesh = _compared(mesh, level)
         floor = sampling_floor(
             mesh,
             task.base,
@@ -337,6 +338,7 @@ def sample_floor(task: Task, solved: Refinement) -> Floats:
             solved.samples,
             motion=task.motion,
             isometric=task.isometric,
+            through=task.path[1:-1],
             laplacian=methods.laplacian,
             signature=methods.signature,
         )
@@ -344,6 +346,15 @@ def sample_floor(task: Task, solved: Refinement) -> Floats:
         columns = len(methods.kind.columns(solved.samples))
         return np.full((len(level.base.points), columns), np.nan)
     return interpolate(closest_point(level.base, mesh), mesh, floor)
+
+
+def _compared(mesh: Surface, level: Level) -> Surface:
+    """The components of another mesh of the base that the level compares."""
+    place = closest_point(mesh, level.base).triangle
+    found = level.correspondence.found[level.base.triangles[place]].any(axis=1)
+    parts = node_components(mesh.triangles)
+    share = np.bincount(parts, found) / np.bincount(parts)
+    return _matching(mesh, np.flatnonzero(share > 0.5).tolist())[0]
 
 
 def relative_rms(floor: Floats, change: Floats) -> float:

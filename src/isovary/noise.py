@@ -107,6 +107,7 @@ def sampling_floor(
     *,
     motion: RigidMotion | None = None,
     isometric: bool = True,
+    through: Sequence[LevelSet] = (),
     laplacian: Operator = fem,
     signature: Signature = heat_kernel_signature,
     rng: int = 7,
@@ -143,6 +144,8 @@ def sampling_floor(
         Brings the perturbed field onto the base. Default: none.
     isometric : bool
         Carried isometrically, or along the normals.
+    through : sequence of LevelSet
+        Fields between the two, aligned, that the mesh is carried through.
     laplacian, signature : callable
         As in :func:`isovary.compare`.
     rng : int
@@ -180,15 +183,17 @@ def sampling_floor(
     >>> bool(floor.max() < 1e-9)
     True
     """
-    change = partial(
-        _carried_change, surface, isovalue, pairs, times, Methods(laplacian, signature), isometric
-    )
-    motion = motion or RigidMotion()
+    methods, motion = Methods(laplacian, signature), motion or RigidMotion()
     pair, chance = (base, perturbed), np.random.default_rng(rng)
+    there = moved(perturbed, motion)
+    both = carried(surface, [base, *through, there], isovalue, isometric)
+    change = partial(_change, pairs=pairs, samples=times, methods=methods)
+    again = partial(_carried_again, surface, both[0], there, isovalue, isometric)
     halves = [_every_other(field) for field in pair]
     noisy = [_with_more_noise(field, isovalue, chance) for field in pair]
-    all_samples, half_samples, more_noise = (
-        change(first, moved(second, motion)) for first, second in (pair, halves, noisy)
+    all_samples = change(surface, *both)
+    half_samples, more_noise = (
+        change(*again(first, moved(second, motion))) for first, second in (halves, noisy)
     )
     gain = min(_gain(field, isovalue) for field in pair)
     smooth = _local_rms(surface, half_samples - all_samples) / (gain - 1)
@@ -310,27 +315,42 @@ def _beside(above: Bools) -> Bools:
     return beside
 
 
-def _carried_change(
+def _carried_again(
     surface: Surface,
+    image: Surface,
+    field: LevelSet,
     isovalue: float,
-    pairs: int,
-    samples: Floats,
-    methods: Methods,
     isometric: bool,
     base: ScalarField,
     perturbed: LevelSet,
-) -> Floats:
-    """The change between two fields on one mesh carried to both; NaN where a node is lost."""
+) -> tuple[Surface, Surface, Correspondence]:
+    """The mesh and its image on the perturbed field, both carried on to fields near theirs."""
     first, at_first = carry(surface, base, isovalue)
-    second, at_second = carried(first, [base, perturbed], isovalue, isometric)
-    known = at_first.found & at_second.found
+    if isometric:
+        second, _ = carry_isometrically(first, [field, perturbed], isovalue, start=image)
+        return first, second, at_first
+    second, at_second = carry(first, perturbed, isovalue)
+    found = np.where(at_first.found, at_second.triangle, -1)
+    return first, second, replace(at_second, triangle=found)
+
+
+def _change(
+    first: Surface,
+    second: Surface,
+    match: Correspondence,
+    *,
+    pairs: int,
+    samples: Floats,
+    methods: Methods,
+) -> Floats:
+    """The change from a mesh to its image; NaN where a node is lost."""
     operator = methods.laplacian(first)
     more = eigenpairs(operator, with_spare(pairs, len(operator.unknowns)))
     there = eigenpairs(methods.laplacian(second), pairs, start=more).truncate(pairs)
     here = more.truncate(pairs)
     before, after = (methods.sample(p, samples) for p in (here, there))
     scale = methods.scale(first, here, before, samples)
-    return np.where(known[:, None], signature_difference(before, after, scale), np.nan)
+    return np.where(match.found[:, None], signature_difference(before, after, scale), np.nan)
 
 
 def _local_rms(surface: Surface, error: Floats) -> Floats:

@@ -69,6 +69,10 @@ class RigidMotion:
         """The way back."""
         return RigidMotion(self.rotation.T, -self.rotation.T @ self.translation)
 
+    def after(self, other: RigidMotion) -> RigidMotion:
+        """First the other motion, then this one."""
+        return RigidMotion(self.rotation @ other.rotation, self.apply(other.translation))
+
     @property
     def mirrored(self) -> bool:
         """Whether left and right change places."""

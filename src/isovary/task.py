@@ -129,12 +129,19 @@ def same_interpolation(fields: Sequence[ScalarField], isovalue: float) -> tuple[
 
 
 def aligned(fields: Sequence[ScalarField], isovalue: float) -> tuple[Alignment, ...]:
-    """How each field but the first is brought onto the first."""
+    """How each field but the first is brought onto the first, each from where the last one was."""
     rough = [contour(field, isovalue) for field in fields]
     points = project(rough[0].points, fields[0], isovalue)
     base = Surface(points, rough[0].triangles, outward_normals(points, fields[0], isovalue))
-    others = zip(rough[1:], fields[1:], strict=True)
-    return tuple(align(base, mesh, field, isovalue) for mesh, field in others)
+    found: list[Alignment] = []
+    for mesh, field in zip(rough[1:], fields[1:], strict=True):
+        last = found[-1].motion if found else RigidMotion()
+        more = align(base, last.surface(mesh), moved(field, last), isovalue)
+        if not last.is_identity:  # as it came
+            before = align(base, mesh, field, isovalue).rms_before
+            more = replace(more, motion=more.motion.after(last), rms_before=before)
+        found.append(more)
+    return tuple(found)
 
 
 def where_topology_changes(task: Task) -> str:

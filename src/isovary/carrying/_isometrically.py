@@ -20,7 +20,11 @@ _LEAST_COSINE = 0.5  # no normal turns by more than 60 degrees in one step
 
 
 def carry_isometrically(
-    surface: Surface, fields: Sequence[LevelSet], isovalue: float
+    surface: Surface,
+    fields: Sequence[LevelSet],
+    isovalue: float,
+    *,
+    start: Surface | None = None,
 ) -> tuple[Surface, Correspondence]:
     """The base mesh carried onto another isosurface by the map that changes lengths least.
 
@@ -44,6 +48,9 @@ def carry_isometrically(
         step, ``[base, perturbed]`` for as many as it takes, or with members of a sweep between.
     isovalue : float
         In the fields' unit.
+    start : Surface, optional
+        An image of the base that lies near the first field's isosurface already, to go on from.
+        Default: the base itself.
 
     Returns
     -------
@@ -86,7 +93,7 @@ def carry_isometrically(
     if len(fields) == 0:
         raise ArgumentError("A02", "fields: expected at least the perturbed one, got none")
     held = faces_held(surface.points, fields[0])
-    current, steps = surface, []
+    current, steps = start or surface, []
     for number, ahead in enumerate(fields[1:] or fields):
         behind = fields[number] if len(fields) > 1 else None
         current, count = _leg(surface, current, behind, ahead, isovalue, held)
