@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, cast
 
 import numpy as np
 from cyclopts import App, CycloptsError, Parameter
@@ -479,11 +479,13 @@ def _run(
 
 def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
     norm = result.change_norm
+    steps = cast(list[dict[str, float]], result.choices["refinement"])
+    meshes = ", ".join(f"{step['vertices']}" for step in steps) + " vertices"
     for note in result.notes:
         _out.print(f"note: {note}", markup=False, soft_wrap=True)
     lines = [
         f"largest change  {np.nanmax(norm):.3g} of the mean signature (mean over its columns)",
-        f"noise floor     {result.relative_noise:.2g} of the change (rms)",
+        f"noise floor     {result.relative_noise:.2g} of the change (rms), meshes of {meshes}",
         f"significant     {result.significant.mean():.0%} of {len(norm)} nodes",
         f"coverage        {result.coverage:.1%}",
         f"time            {seconds:.0f} s",

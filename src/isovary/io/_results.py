@@ -227,6 +227,7 @@ def _sizes(result: Comparison) -> dict[str, float]:
         "rms_at_unit_area": _rms(result.unit_area_change),
         "rms_noise": _rms(result.noise_floor),
         "relative_noise": result.relative_noise,
+        "signal_over_noise": 1 / result.relative_noise if result.relative_noise else math.nan,
         "largest_norm": math.nan if none else float(np.nanmax(norm)),
         "largest_norm_node": -1 if none else int(np.nanargmax(norm)),
     }
