@@ -325,21 +325,21 @@ def test_progress_and_record(water):
 
 
 def test_a_mesh_too_distorted_for_elements_is_replaced():
-    """Oracle: analytic. A sphere pressed to a spheroid of half axis 1/4: the carried triangles at
-    its edge fold over, so it is meshed anew; its signature at the partners is the exact one.
+    """Oracle: analytic. A sphere drawn out to a spheroid of half axis 6: the carried triangles at
+    its tips nearly fold, so it is meshed anew; its signature at the partners is the exact one.
     """
 
     def spheroid(half_axis):
         return iv.ScalarField.from_function(
             lambda p: -((p / [1, 1, half_axis]) ** 2).sum(axis=-1),
-            ((-1.5,) * 3, (1.5,) * 3),
-            (13, 13, 13),
+            ((-1.5, -1.5, -7), (1.5, 1.5, 7)),
+            (13, 13, 29),
         )
 
-    result = small(spheroid(1.0), spheroid(0.25), -1.0, vertices=200, times=20)
+    result = small(spheroid(1.0), spheroid(6.0), -1.0, vertices=200, times=20)
     assert any("M16" in note for note in result.notes)
     assert len(result.perturbed.points) != len(result.base.points)
-    exact = spheroid_signature(0.25, result.partners[:, 2], result.times[5:])
-    error = np.abs(result.perturbed_signature[:, 5:] / exact - 1)
-    assert np.median(error) < 2e-3
+    exact = spheroid_signature(6.0, result.partners[:, 2], result.times[8:])
+    error = np.abs(result.perturbed_signature[:, 8:] / exact - 1)
+    assert np.median(error) < 5e-3
     assert error.max() < 0.05

@@ -108,6 +108,17 @@ def test_a_scaled_ellipsoid_maps_by_scaling(bases):
     assert np.log(errors[150] / errors[600]) / np.log(2) > 2
 
 
+@pytest.mark.filterwarnings("ignore:.*C05")  # in steps, if far
+@pytest.mark.parametrize("scale", [0.5, 0.7, 1.6])
+def test_what_shrinks_does_not_wrinkle(bases, scale):
+    """Oracle: analytic. A scaled copy is the least strained by scaling, whatever the scale; the
+    Green strain alone would be lower with triangles collapsed, below 1 / sqrt(2).
+    """
+    base = bases[150]
+    carried, _ = carry_isometrically(base, [ellipsoid_field(), ellipsoid_field(scale)], -1.0)
+    np.testing.assert_allclose(carried.points, scale * base.points, atol=1e-6)
+
+
 def bar(twist, a=1.0, b=0.6, half=4.0):
     """An elliptic bar along z, turned by ``twist`` radians per length, cut by the box."""
 

@@ -61,7 +61,9 @@ def check_numbers(
         )
 
 
-def check_methods(methods: Methods, correspondence: Match | None) -> None:
+def check_methods(
+    methods: Methods, correspondence: Match | None, through: Sequence[ScalarField]
+) -> None:
     """Methods are functions, and see what a carried mesh changes."""
     for name, method in (
         ("mesher", methods.mesher),
@@ -80,6 +82,12 @@ def check_methods(methods: Methods, correspondence: Match | None) -> None:
             "A02",
             f"mesher: expected one without {', '.join(own)} of its own, got "
             f"{method_name(methods.mesher)}; give them to compare",
+        )
+    if correspondence is not None and through:
+        raise ArgumentError(
+            "A02",
+            f"through: expected none with {method_name(correspondence)}, got {len(through)}: only "
+            "a carried mesh goes through members",
         )
     if correspondence is None and not methods.sees_lengths:
         raise ArgumentError(

@@ -28,6 +28,7 @@ from .levels import (
     make_level,
     refined_levels,
     relative_rms,
+    rounding_floor,
     sample_floor,
 )
 from .matching import ComponentMatch
@@ -87,7 +88,7 @@ class Comparison:
     clusters : Clusters
         Groups of the significant nodes; -1 elsewhere.
     topology : Topology
-        Of both isosurfaces.
+        Of the base, and of the perturbed isosurface but for components left out.
     base_quality, perturbed_quality : MeshQuality
         How good the two meshes are.
     alignment : Alignment
@@ -196,8 +197,9 @@ class Comparison:
 
     def extrinsic(self) -> dict[str, float | None]:
         """Areas, volumes, Hausdorff distances and displacements: :func:`extrinsic_summary`."""
-        in_place, motion = self.perturbed_in_place, self.motion
-        return extrinsic_summary(self.base, in_place, self.correspondence, motion=motion)
+        along = np.einsum("nd,nd->n", self.displacement, self.base.normals)
+        match = replace(self.correspondence, distance=along)
+        return extrinsic_summary(self.base, self.perturbed_in_place, match, motion=self.motion)
 
     @property
     def rim_distance(self) -> Floats:
@@ -373,7 +375,7 @@ def compare(
     check_fields(base, perturbed, isovalue, through)
     check_numbers(vertices, order, pairs, times, groups, accuracy, noise_meshes)
     walk, methods = Walk(progress), Methods(laplacian, signature, mesher)
-    check_methods(methods, correspondence)
+    check_methods(methods, correspondence, through)
     with noted_warnings() as warned:
         with walk.stage("interpolation"):
             fields = same_interpolation((base, *through, perturbed), isovalue)
@@ -438,7 +440,9 @@ def _measured(task: Task, solved: Refinement, groups: int, rng: int, walk: Walk)
         floors = {"mesh": solved.noise_floor, "pairs": level.truncation_floor(samples)}
     with walk.stage("noise floor of the samples"), noted_warnings():
         floors["samples"] = sample_floor(task, solved) if change.any() else 0 * change
+        floors["rounding"] = rounding_floor(task, level, change)
         floor = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in floors.values()))
+        floor[np.isnan(change)] = np.nan
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
         clusters = _groups(change, floor, significant, groups, rng)

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .errors import CorrespondenceError
-from .geometry import Bools, Floats, Ints, edges_of, node_places, shape_gradients, tangents
+from .geometry import (
+    Bools,
+    Floats,
+    Ints,
+    edges_of,
+    node_places,
+    shape_gradients,
+    tangents,
+    triangle_areas,
+)
 from .records import Surface
 
 if TYPE_CHECKING:
@@ -20,7 +30,7 @@ _DAMPING = 1e-6  # of the diagonal, at least: directions that hardly change a le
 _MOST_DAMPING = 1e6
 _ISOMETRIC = 1e-11  # strain that is rounding
 _SETTLED = 1e-4  # of an edge: a step below it is the last,
-_GAIN = 1e-7  # and so is one that lowers the mean square of the strain by less, relative to it
+_GAIN = 1e-5  # and so is one that lowers the mean square of the strain by less, relative to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +122,8 @@ def distortion(base: Surface, points: Floats) -> Distortion:
     mean = np.einsum("mq,mqkl->mkl", part.weights, tensor) / areas[known, None, None]
     squares = np.linalg.eigvalsh(mean)[:, ::-1]
     stretches[known] = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
-    return Distortion(stretches, areas, float(np.sqrt(part.energy(tensor))))
+    strain = part.mean([(tensor - np.eye(2)) / 2])
+    return Distortion(stretches, areas, float(np.sqrt(strain)))
 
 
 class Landing(NamedTuple):
@@ -135,10 +146,14 @@ Ground = Callable[[Floats], Landing]
 def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     """Points slid on another surface until the map from the base is as isometric as can be.
 
-    Minimizes the integral over the base of the squared Green strain E = (F^T F - 1) / 2, F the
-    gradient of the map, by damped Gauss-Newton steps in the tangent planes of the other
-    surface, each followed by the way back onto it. A step that raises the strain or turns a
-    triangle over is damped more. Where nothing is lost by it (a sphere may turn) nothing moves.
+    Minimizes the integral over the base of the strain's square, half there and half back,
+    (E : E + E' : E') / 2 with C = F^T F / s^2, E = (C - 1) / 2 and E' = (1 - C^-1) / 2, F the
+    gradient of the map and s^2 the ratio of the areas: a similarity strains nothing, small
+    strains count as usual, and a triangle that collapses costs without bound (the Green strain
+    E alone would let it, and wrinkle what shrinks below 0.7). Damped Gauss-Newton steps in the
+    tangent planes of the other surface, each followed by the way back onto it; a step that
+    raises the strain or turns a triangle over is damped more. Where nothing is lost by it (a
+    sphere may turn) nothing moves.
 
     Parameters
     ----------
@@ -158,6 +173,11 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     CorrespondenceError
         C05 if triangles are turned over at the start.
 
+    Warns
+    -----
+    UserWarning
+        C07 if the map has not settled after 100 steps.
+
     Notes
     -----
     Quadratic convergence where the surfaces are nearly isometric: 4 to 5 steps, each a sparse
@@ -170,10 +190,11 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     same to leading order by turns (local) and a fixed stiffness (global), in many more steps;
     J. Nocedal and S. Wright, *Numerical Optimization*, 2006, section 10.3 (damping).
     """
-    metric = _metric(base)
-    if metric.energy(metric.tensor(start)) < _ISOMETRIC**2:
+    if distortion(base, start).strain < _ISOMETRIC:
         return start
     here = ground(start)
+    landed = triangle_areas(here.points, base.triangles).sum()
+    metric = _metric(base, float(np.sqrt(landed / base.area)))
     check_facing(here.points, base.triangles, here.normals)
     settled = _SETTLED * _edge_length(here.points, base.triangles)
     energy, damping = metric.energy(metric.tensor(here.points)), 1e-3
@@ -195,6 +216,12 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
         here, energy, damping = there, lower, max(damping / 10, _DAMPING)
         if settling:
             break
+    else:
+        warnings.warn(
+            f"the map of least strain has not settled after {_STEPS} steps: where the surface can "
+            "slide almost freely the places of points are uncertain [C07]",
+            stacklevel=2,
+        )
     return here.points
 
 
@@ -255,11 +282,17 @@ class _Metric:
         tensor: Floats = np.einsum("mqdk,mqdl->mqkl", gradients, gradients)
         return tensor
 
-    def energy(self, tensor: Floats) -> float:
-        """Mean square of the Green strain over the surface."""
-        strain = (tensor - np.eye(2)) / 2
-        total = np.einsum("mq,mqkl,mqkl->", self.weights, strain, strain)
+    def mean(self, strains: Sequence[Floats]) -> float:
+        """Mean over the surface of the squares of some strains (m, q, 2, 2)."""
+        total = sum(np.einsum("mq,mqkl,mqkl->", self.weights, e, e) for e in strains)
         return float(total / self.weights.sum())
+
+    def energy(self, tensor: Floats) -> float:
+        """Mean square of the strain there and back; infinite where a triangle has collapsed."""
+        determinant = np.linalg.det(tensor)
+        if not (determinant > np.finfo(float).tiny).all():
+            return float("inf")
+        return self.mean(_strains(tensor, np.asarray(np.linalg.inv(tensor), dtype=float))) / 2
 
     def equations(self, points: Floats, frames: Floats) -> tuple[csc_array, Floats]:
         """Gauss-Newton matrix (2n, 2n) and slope (2n,) for moves along the frames."""
@@ -269,13 +302,12 @@ class _Metric:
         along = np.einsum("mqdk,midc->mqick", gradients, frames[self.triangles])
         change = np.einsum("mqick,mqil->mqickl", along, self.gradients)
         count, rule, width = self.gradients.shape[:3]
-        first, second = change[..., 0, 0], change[..., 1, 1]
-        mixed = (change[..., 0, 1] + change[..., 1, 0]) / np.sqrt(2)
-        rows = np.stack([first, second, mixed], axis=-1).reshape(count, rule, 2 * width, 3)
-        strain = (np.einsum("mqdk,mqdl->mqkl", gradients, gradients) - np.eye(2)) / 2
-        wanted = np.stack(
-            [strain[..., 0, 0], strain[..., 1, 1], np.sqrt(2) * strain[..., 0, 1]], axis=-1
-        )
+        change = (change + np.swapaxes(change, -1, -2)).reshape(count, rule, 2 * width, 2, 2) / 2
+        tensor = np.einsum("mqdk,mqdl->mqkl", gradients, gradients)
+        back = np.linalg.inv(tensor)
+        change_back = np.einsum("mqij,mqajk,mqkl->mqail", back, change, back, optimize=True)
+        rows = np.concatenate([_entries(change), _entries(change_back)], axis=-1)
+        wanted = np.concatenate([_entries(e) for e in _strains(tensor, back)], axis=-1)
         weighted = rows * self.weights[..., None, None]
         local = np.einsum("mqae,mqbe->mab", weighted, rows, optimize=True)
         numbers = (2 * self.triangles[:, :, None] + np.arange(2)).reshape(count, -1)
@@ -286,15 +318,26 @@ class _Metric:
         return matrix, np.bincount(numbers.ravel(), slope.ravel(), size).astype(float)
 
 
-def _metric(base: Surface) -> _Metric:
-    """Of the base, at one quadrature point of a flat triangle and six of a curved one."""
+def _strains(tensor: Floats, back: Floats) -> tuple[Floats, Floats]:
+    """Strains there, (C - 1) / 2, and back, (1 - C^-1) / 2."""
+    return (tensor - np.eye(2)) / 2, (np.eye(2) - back) / 2
+
+
+def _entries(symmetric: Floats) -> Floats:
+    """Three numbers (..., 3) whose squares sum to those of a symmetric (..., 2, 2)."""
+    mixed = np.sqrt(2) * symmetric[..., 0, 1]
+    return np.stack([symmetric[..., 0, 0], symmetric[..., 1, 1], mixed], axis=-1)
+
+
+def _metric(base: Surface, scale: float = 1.0) -> _Metric:
+    """Of the base, scaled, at one quadrature point of a flat triangle and six of a curved one."""
     barycentric, weights = _rule(base.order)
     jacobian = tangents(base.points, base.triangles, barycentric)
     first = np.einsum("mqdk,mqdl->mqkl", jacobian, jacobian)
     lower = np.linalg.cholesky(first)
     inward = np.swapaxes(np.linalg.inv(lower), -1, -2)
     local = shape_gradients(barycentric, base.order)
-    gradients = np.einsum("qik,mqkl->mqil", local, inward)
+    gradients = np.einsum("qik,mqkl->mqil", local, inward) / scale
     measure = lower[..., 0, 0] * lower[..., 1, 1] * (weights / 2)
     return _Metric(base.triangles, gradients, measure)
 

@@ -14,9 +14,17 @@ import numpy as np
 from .correspondence import closest_point, identity, interpolate
 from .difference import signature_difference
 from .errors import CorrespondenceError, IsovaryError
-from .geometry import Floats, Ints, edges_of, jacobian_ratios, node_components, topology
+from .geometry import (
+    Floats,
+    Ints,
+    edges_of,
+    jacobian_ratios,
+    node_components,
+    topology,
+    triangle_quality,
+)
 from .isometry import distortion
-from .matching import ComponentMatch, describe, match_components, part_of
+from .matching import ComponentMatch, component_table, describe, match_components, part_of
 from .meshing import contour
 from .methods import Methods
 from .noise import carried, combined_floor, noise_floor, sampling_floor, truncation_floor
@@ -39,6 +47,7 @@ _MOST_VERTICES_ASKED = 32_000
 _COARSER = 0.8  # vertices of the coarser mesh over the finer's, at most
 _COVERAGE_LIMIT = 0.5
 _FEWER_PAIRS = 0.8
+_ROUNDINGS = 16.0  # that meet in one number
 _LEAST_JACOBIAN = 0.1  # of a carried mesh that elements may stand on
 
 
@@ -208,7 +217,8 @@ def refined_levels(
         walk.expected += 2 * size
         coarse, level = level, solve(2 * size)
     with noted_warnings():
-        more = [solve(int(coarse.vertices * (1 + 0.06 * k))) for k in range(1, noise_meshes)]
+        spread = 1 + (_COARSER / 0.5 - 1) * np.arange(1, noise_meshes) / noise_meshes
+        more = [solve(int(coarse.vertices * factor)) for factor in spread]
     return replace(found, coarse=(coarse, *more), history=history)
 
 
@@ -221,11 +231,11 @@ def make_level(task: Task, walk: Walk, vertices: int) -> Level:
         other = None if match is None else task.motion.surface(mesh(task.perturbed, task.isovalue))
     with walk.stage("correspondence"):
         there = other or task.motion.surface(_contour(task, whole))
-        components = _checked_components(whole, there, task.only_matching)
+        components = _checked_components(whole, there, task)
         surface, nodes = _matching(whole, [m.base for m in components if m.same])
         if other is None or match is None:
             other, partners = carried(surface, task.path, task.isovalue, task.isometric)
-            if jacobian_ratios(other.points, other.triangles).min() < _LEAST_JACOBIAN:
+            if not _fit_for_elements(surface, other):
                 other, partners = _remeshed(
                     other, partners, mesh(task.perturbed, task.isovalue), task
                 )
@@ -256,6 +266,14 @@ def make_level(task: Task, walk: Walk, vertices: int) -> Level:
     return Level(whole, other, partners, first, second, methods, components)
 
 
+def _fit_for_elements(surface: Surface, image: Surface) -> bool:
+    """Whether no triangle is folded or ten times worse in shape than it was."""
+    if jacobian_ratios(image.points, image.triangles).min() < _LEAST_JACOBIAN:
+        return False
+    before, after = (triangle_quality(s.points, s.triangles) for s in (surface, image))
+    return bool((after > _LEAST_JACOBIAN * before).all())
+
+
 def _remeshed(
     image: Surface, partners: Correspondence, fresh: Surface, task: Task
 ) -> tuple[Surface, Correspondence]:
@@ -267,6 +285,8 @@ def _remeshed(
         stacklevel=2,
     )
     fresh = task.motion.surface(fresh)
+    same = [m.perturbed for m in match_components(image, fresh) if m.same]
+    fresh, _ = _matching(fresh, same)
     there = closest_point(image, fresh)
     known = partners.found
     return fresh, Correspondence(
@@ -278,12 +298,16 @@ def _remeshed(
 
 
 def _checked_components(
-    base: Surface, perturbed: Surface, only_matching: bool
+    base: Surface, perturbed: Surface, task: Task
 ) -> tuple[ComponentMatch, ...]:
-    """Which component is which; an error if some differ and none may be left out."""
+    """Which component is which, told in place; an error if some differ and none is left out."""
     matches = match_components(base, perturbed)
+    parts = component_table(task.motion.inverse.surface(perturbed))
+    matches = tuple(
+        replace(m, perturbed_part=parts[m.perturbed]) if m.perturbed >= 0 else m for m in matches
+    )
     differ = [match for match in matches if not match.same]
-    if not differ or (only_matching and len(differ) < len(matches)):
+    if not differ or (task.only_matching and len(differ) < len(matches)):
         return matches
     raise CorrespondenceError(
         "C01",
@@ -346,6 +370,19 @@ def sample_floor(task: Task, solved: Refinement) -> Floats:
         columns = len(methods.kind.columns(solved.samples))
         return np.full((len(level.base.points), columns), np.nan)
     return interpolate(closest_point(level.base, mesh), mesh, floor)
+
+
+def rounding_floor(task: Task, level: Level, change: Floats) -> Floats:
+    """What rounding of places and samples does to a change: their error over an edge's length."""
+    i, j = edges_of(level.base.corners)[0].T
+    points = level.base.points
+    edge = float(np.median(np.linalg.norm(points[i] - points[j], axis=1)))
+    place = np.finfo(float).eps * max(
+        float(np.abs(field.bounds).max()) for field in (task.base, task.perturbed)
+    )
+    slope = np.linalg.norm(task.base.level_set(points, task.isovalue)[1], axis=1)
+    errors = _ROUNDINGS * (place + task.base.rounding / slope) / edge
+    return np.tile(errors[:, None], change.shape[1])
 
 
 def _compared(mesh: Surface, level: Level) -> Surface:

@@ -203,10 +203,17 @@ def sampling_floor(
 def carried(
     surface: Surface, fields: Sequence[LevelSet], isovalue: float, isometric: bool
 ) -> tuple[Surface, Correspondence]:
-    """The mesh on the isosurface of the last field: isometrically, or straight along normals."""
+    """The mesh carried through the fields to the last one: isometrically, or along normals."""
     if isometric:
         return carry_isometrically(surface, fields, isovalue)
-    return carry(surface, fields[-1], isovalue)
+    current, found = surface, np.ones(len(surface.points), dtype=bool)
+    for field in fields[1:]:
+        current, match = carry(current, field, isovalue)
+        found &= match.found
+    along = np.einsum("nd,nd->n", current.points - surface.points, surface.normals)
+    distance = np.where(found, match.distance if len(fields) == 2 else along, np.nan)
+    triangle = np.where(found, match.triangle, -1)
+    return current, replace(match, triangle=triangle, distance=distance)
 
 
 def truncation_floor(

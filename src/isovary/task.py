@@ -6,10 +6,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from hashlib import sha256
 
+import numpy as np
+
 from .alignment import Alignment, align
-from .errors import IsovaryError
+from .errors import FieldError, IsovaryError
 from .families import sweep_family
+from .geometry import rim_nodes
 from .level_sets import LevelSet, moved
+from .matching import match_components, part_of
 from .meshing import better_interpolation, contour, interpolation_errors
 from .methods import Methods, method_name
 from .projection import outward_normals, project
@@ -129,19 +133,53 @@ def same_interpolation(fields: Sequence[ScalarField], isovalue: float) -> tuple[
 
 
 def aligned(fields: Sequence[ScalarField], isovalue: float) -> tuple[Alignment, ...]:
-    """How each field but the first is brought onto the first, each from where the last one was."""
+    """How each field but the first is brought onto the first, each from where the last one was.
+
+    Components that come or go do not count, unless none stays.
+    """
     rough = [contour(field, isovalue) for field in fields]
     points = project(rough[0].points, fields[0], isovalue)
     base = Surface(points, rough[0].triangles, outward_normals(points, fields[0], isovalue))
     found: list[Alignment] = []
     for mesh, field in zip(rough[1:], fields[1:], strict=True):
+        _check_boxes(base, fields[0], field)
         last = found[-1].motion if found else RigidMotion()
-        more = align(base, last.surface(mesh), moved(field, last), isovalue)
+        here, there = _that_stay(base, last.surface(mesh))
+        more = align(here, there, moved(field, last), isovalue)
         if not last.is_identity:  # as it came
-            before = align(base, mesh, field, isovalue).rms_before
+            before = align(here, last.inverse.surface(there), field, isovalue).rms_before
             more = replace(more, motion=more.motion.after(last), rms_before=before)
         found.append(more)
     return tuple(found)
+
+
+def _that_stay(base: Surface, perturbed: Surface) -> tuple[Surface, Surface]:
+    """The components of both that belong together; all if none does."""
+    same = [match for match in match_components(base, perturbed) if match.same]
+    if not same:
+        return base, perturbed
+    kept = part_of(base, [match.base for match in same])[0]
+    return kept, part_of(perturbed, [match.perturbed for match in same])[0]
+
+
+def _check_boxes(base: Surface, field: ScalarField, other: ScalarField) -> None:
+    """The faces of the box that cut the base are faces of the other field's box."""
+    rim = base.points[rim_nodes(base.triangles)]
+    size = float(np.ptp(np.stack(field.bounds), axis=0).max())
+    for side in (0, 1):
+        face = field.bounds[side]
+        cut = (np.abs(rim - face) < 1e-9 * size).any(axis=0)
+        if (cut & (np.abs(face - other.bounds[side]) > 1e-9 * size)).any():
+            raise FieldError(
+                "I05",
+                f"boxes: expected the same where they cut the isosurface, got {_box(field)} and "
+                f"{_box(other)}; crop both fields to one box",
+            )
+
+
+def _box(field: ScalarField) -> str:
+    low, high = (", ".join(f"{x:.6g}" for x in end) for end in field.bounds)
+    return f"({low}) to ({high})"
 
 
 def where_topology_changes(task: Task) -> str:
