@@ -76,9 +76,9 @@ def blob(depth=0.0):
 
 def test_a_mirrored_turned_and_shifted_copy_with_a_change():
     """Oracle: symmetry. The change is that of the unmoved pair; files are in the field's place."""
-    plain = small(blob(), blob(0.003))
+    plain = small(blob(), blob(0.01))
     motion = iv.RigidMotion(np.array([[0.0, 1, 0], [1, 0, 0], [0, 0, 1]]), [0.2, -0.3, 0.1])
-    there = turned(blob(0.003), motion)
+    there = turned(blob(0.01), motion)
     result = small(blob(), there)
     assert result.motion.mirrored
     difference = np.sqrt(((result.change - plain.change) ** 2).mean())
