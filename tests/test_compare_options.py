@@ -74,3 +74,38 @@ def test_a_member_that_is_no_field():
     """Oracle: algebra. The member's place is named."""
     with pytest.raises(iv.ArgumentError, match=r"through\[0\]: expected a ScalarField"):
         iv.compare(ellipsoid_field(), ellipsoid_field(), ELLIPSOID_ISOVALUE, through=["a.vti"])
+
+
+def test_change_below_the_smallest_scale_is_told():
+    """Oracle: analytic. A ripple finer than what few pairs resolve: its change is largest at the
+    smallest time; with a smooth change it is not.
+    """
+
+    def ball(ripple, growth):
+        def value(p):
+            r = np.linalg.norm(p, axis=-1)
+            wave = np.sin(9 * p[..., 0]) * np.sin(9 * p[..., 1]) * np.sin(9 * p[..., 2])
+            return 1 + growth * p[..., 2] ** 2 - r + ripple * wave
+
+        return iv.ScalarField.from_function(value, ((-1.5,) * 3, (1.5,) * 3), (49, 49, 49))
+
+    options = {"vertices": 500, "pairs": 100, "times": 12}
+    fine = iv.compare(ball(0.0, 0.0), ball(0.02, 0.0), 0.0, **options)
+    smooth = iv.compare(ball(0.0, 0.0), ball(0.0, 0.05), 0.0, **options)
+    assert any("S07" in note for note in fine.notes)
+    assert not any("S07" in note for note in smooth.notes)
+
+
+def test_a_blend_lives_where_both_fields_do():
+    """Oracle: algebra. The box of a blend is what both boxes hold."""
+    fields = [
+        iv.ScalarField.from_function(lambda p: p[..., 0], (low, high), (5, 5, 5))
+        for low, high in (((0, 0, 0), (2, 3, 4)), ((1, -1, 1), (3, 2, 3)))
+    ]
+    low, high = iv.BlendedField(*fields, 0.3).bounds
+    np.testing.assert_allclose(low, [1, 0, 1])
+    np.testing.assert_allclose(high, [2, 2, 3])
+    turn = iv.RigidMotion([[0, -1, 0], [1, 0, 0], [0, 0, 1]], [0, 0, 1])
+    low, high = iv.MovedField(fields[0], turn).bounds
+    np.testing.assert_allclose(low, [-3, 0, 1])
+    np.testing.assert_allclose(high, [0, 2, 5])

@@ -478,3 +478,26 @@ def test_closed_surfaces_are_seen_from_outside():
         assert (np.cross(b - a, c - a) * a).sum(axis=1).min() > 0
         points, normals = edge_lines(surface, 4)
         assert (points * normals).sum(axis=-1).min() > 0.9
+
+
+def test_kinds_and_strain_in_their_colours(half_lost):
+    """Oracle: algebra. Each kind has its own colour, unknown nodes the colour of no partner; the
+    largest strain has the scale's last colour.
+    """
+    colors = _paint.paint_kinds(half_lost)
+    for kind in iv.Kind:
+        rows = colors[half_lost.kinds == kind]
+        np.testing.assert_array_equal(rows, np.tile(_paint.KIND_COLORS[kind], (len(rows), 1)))
+    assert len({tuple(color) for color in _paint.KIND_COLORS.values()}) == len(iv.Kind)
+    lost = replace(half_lost, strain=np.where(half_lost.kinds < 0, np.nan, half_lost.strain))
+    strain = _paint.paint_strain(lost)
+    np.testing.assert_array_equal(strain[lost.kinds < 0][0], _paint.NO_PARTNER)
+    top = np.nanargmax(lost.strain)
+    np.testing.assert_allclose(strain[top], _paint.NORM_MAP(1.0)[:3])
+
+
+def test_kinds_share_the_area(half_lost):
+    """Oracle: analytic. The nodes with x > 0.2 of a unit ball are unknown: 0.4 of its area."""
+    shares = half_lost.kind_shares
+    assert sum(shares.values()) == pytest.approx(1)
+    assert shares["unknown"] == pytest.approx(0.4, abs=0.03)
