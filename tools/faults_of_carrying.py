@@ -11,8 +11,8 @@ CARRYING = (
     Fault(
         "slide: half of the shear",
         "isometry.py",
-        "mixed = (change[..., 0, 1] + change[..., 1, 0]) / np.sqrt(2)",
-        "mixed = (change[..., 0, 1] + change[..., 1, 0]) / 2",
+        "mixed = np.sqrt(2) * symmetric[..., 0, 1]",
+        "mixed = symmetric[..., 0, 1]",
         (ISOMETRY,),
     ),
     Fault(
@@ -28,8 +28,8 @@ CARRYING = (
     Fault(
         "strain: one component only",
         "isometry.py",
-        "strain = (tensor - np.eye(2)) / 2",
-        "strain = (tensor - np.eye(2)) * [[0.5, 0], [0, 0]]",
+        "strain = part.mean([(tensor - np.eye(2)) / 2])",
+        "strain = part.mean([(tensor - np.eye(2)) * [[0.5, 0], [0, 0]]])",
         (ISOMETRY,),
     ),
     Fault(

@@ -101,6 +101,7 @@ app = App(
     name="isovary",
     help="Intrinsic change of isosurfaces between simulation runs.",
     version=__version__,
+    default_parameter=Parameter(negative_iterable=()),
 )
 _err = Console(stderr=True, highlight=False)
 _out = Console(highlight=False)
@@ -179,7 +180,7 @@ def compare_files(
     ] = "carried",
     align: bool = True,
     isometric: bool = True,
-    through: Sequence[Path] = (),
+    through: Annotated[Sequence[Path], Parameter(consume_multiple=True)] = (),
     only_matching: bool = False,
     accuracy: str | None = None,
     noise_meshes: int = 1,
@@ -241,11 +242,12 @@ def compare_files(
         the normals met the perturbed isosurface.
     through
         Field files of members between base and perturbed, in order, through which the mesh is
-        carried: for large changes. Give it once for each file.
+        carried: for large changes.
     only_matching
         Where components came, went, joined or parted, compare the others.
     accuracy
-        Noise over change that is good enough, as 5% or 0.05: the mesh is refined until then.
+        Noise of the mesh over change that is good enough, as 5% or 0.05: the mesh is refined
+        until then. Default: 5%, with at most 2000 vertices.
     noise_meshes
         Coarser meshes that make the noise floor.
     seed
@@ -465,7 +467,12 @@ def _run(
         fields = read(base), read(perturbed)
         read_notes = tuple(dict.fromkeys(str(warning.message) for warning in caught))
         reading = time.perf_counter() - start
-        result = compare(*fields, isovalue, progress=lambda s, d: tell(s, 0.75 * d), **options)  # type: ignore[arg-type]
+        try:
+            result = compare(*fields, isovalue, progress=lambda s, d: tell(s, 0.75 * d), **options)  # type: ignore[arg-type]
+        except IsovaryError as error:  # what was noticed on reading may tell why
+            for note in read_notes:
+                error.add_note(f"note: {note}")
+            raise
         files = {"base_file": str(base.resolve()), "perturbed_file": str(perturbed.resolve())}
         result = replace(
             result,
@@ -479,12 +486,13 @@ def _run(
 
 def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
     norm = result.change_norm
+    most = np.nanmax(norm[result.significant] if result.significant.any() else norm)
     steps = cast(list[dict[str, float]], result.choices["refinement"])
     meshes = ", ".join(f"{step['vertices']}" for step in steps) + " vertices"
     for note in result.notes:
         _out.print(f"note: {note}", markup=False, soft_wrap=True)
     lines = [
-        f"largest change  {np.nanmax(norm):.3g} of the mean signature (mean over its columns)",
+        f"largest change  {most:.3g} of the mean signature (mean over its columns)",
         f"noise floor     {result.relative_noise:.2g} of the change (rms), meshes of {meshes}",
         f"significant     {result.significant.mean():.0%} of {len(norm)} nodes",
         f"coverage        {result.coverage:.1%}",

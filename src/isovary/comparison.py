@@ -181,7 +181,7 @@ class Comparison:
         most = np.abs(self.change[:, local]).max(axis=1, initial=0.0)
         return kinds_of_change(
             np.linalg.norm(self.displacement, axis=1),
-            np.linalg.norm(self.partners - self.base.points, axis=1),
+            np.linalg.norm(self.deformation, axis=1),
             self.strain,
             self.strain_floor,
             self.significant & (most > _LEAST_CHANGE),
@@ -199,7 +199,15 @@ class Comparison:
         """Areas, volumes, Hausdorff distances and displacements: :func:`extrinsic_summary`."""
         along = np.einsum("nd,nd->n", self.displacement, self.base.normals)
         match = replace(self.correspondence, distance=along)
-        return extrinsic_summary(self.base, self.perturbed_in_place, match, motion=self.motion)
+        motion = self.alignment.motion
+        return extrinsic_summary(self.base, self.perturbed_in_place, match, motion=motion)
+
+    @property
+    def deformation(self) -> Floats:
+        """What the best rigid motion leaves of the displacement (n, 3), applied or not."""
+        there = self.base.points + self.displacement
+        deformation: Floats = self.alignment.motion.apply(there) - self.base.points
+        return deformation
 
     @property
     def rim_distance(self) -> Floats:

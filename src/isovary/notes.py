@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from .comparison import Comparison
 
 _RIGID_SHARE = 0.25
+_HELP = {
+    "mesh": "ask for more vertices",
+    "pairs": "ask for more eigenpairs",
+    "samples": "only a finer grid helps",
+    "rounding": "nothing helps but another origin or offset of the data",
+}
+_TURNED = 90.0  # degrees
 _COVERED = 0.99
 _STILL_THERE = 0.5
 
@@ -100,9 +107,14 @@ def _motion(result: Comparison) -> Iterator[str]:
     said = f"shift {shift:.3g}, turn {motion.angle:.2g} degrees"
     said += ", and a mirror" if motion.mirrored else ""
     explains = f"A rigid motion ({said}) explains {found.share:.0%} of the squared distance"
+    isometric = result.choices["correspondence"] == "carried" and (
+        result.choices["carrying"] == "isometric"
+    )
+    if motion.mirrored or motion.angle > _TURNED:
+        explains += " (so large a turn, or a mirror, may be axes in another order in the file)"
     if result.choices["alignment"] == "rigid":
         yield f"{explains} between the two isosurfaces; it was taken out first."
-    else:
+    elif not isometric:
         yield (
             f"{explains} between the two isosurfaces. It changes no intrinsic shape, but along "
             "normals it slides corresponding points: part of the change may be false. Align them."
@@ -123,10 +135,13 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
     elif not result.significant.any():
         yield "The change is nowhere twice the noise floor: nothing is shown as change."
     elif result.relative_noise > wanted:
+        parts = {part: result.choices[f"noise_of_the_{part}"] for part in _HELP}
+        largest = max(parts, key=lambda part: np.nan_to_num(parts[part]))  # type: ignore[call-overload]
         yield (
-            f"The noise floor is {result.relative_noise:.0%} of the change (rms): ask for "
-            + ("more vertices" if carried else "carried meshes")
-            + " to see finer."
+            f"The noise floor is {result.relative_noise:.2g} of the change (rms), above the "
+            f"{wanted:.2g} wanted. Most of it is that of the {largest}: "
+            + (_HELP[largest] if carried or largest != "mesh" else "carry the mesh")
+            + "."
         )
     if result.choices["base"]["smoothing"]:  # type: ignore[index]
         yield (
@@ -138,14 +153,25 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
     if isinstance(samples, float) and not samples <= wanted:
         if samples == samples:
             yield (
-                f"The samples of the fields cause {samples:.0%} of the change (rms): only a finer "
-                "grid tells more."
+                f"The samples of the fields cause an error of {samples:.2g} of the change (rms): "
+                "only a finer grid tells more."
             )
         else:
             yield (
                 "What the samples of the fields contribute is unknown: every other one gives no "
-                "such isosurface, or one that the box cuts elsewhere."
+                "such isosurface, or one that the box cuts elsewhere"
+                + (
+                    " (of an even number of samples along an axis the last is left out: crop one)."
+                    if _even(result)
+                    else "."
+                )
             )
+
+
+def _even(result: Comparison) -> bool:
+    """Whether rims lie on the box of a field with an even number of samples along some axis."""
+    shape = result.choices["base"]["shape"]  # type: ignore[index]
+    return result.topology.boundary_loops > 0 and any(count % 2 == 0 for count in shape)
 
 
 def _meshes(result: Comparison) -> list[str]:
@@ -171,6 +197,7 @@ def _shape(result: Comparison) -> Iterator[str]:
         yield (
             f"The isosurface leaves the box: {result.topology.boundary_loops} rim(s). "
             + _rim_words(result)
+            + _held_words(result)
             + " [I05]"
         )
     for match in result.components:
@@ -197,7 +224,8 @@ def _shape(result: Comparison) -> Iterator[str]:
 
 def _pairs(result: Comparison) -> Iterator[str]:
     sizes = np.sqrt(np.nanmean(result.change**2, axis=0))
-    if result.methods.is_heat and sizes[0] > _STILL_THERE * sizes.max():
+    clear = result.significant.any() and result.relative_noise < 1
+    if clear and result.methods.is_heat and sizes[0] > _STILL_THERE * sizes.max():
         radius = diffusion_radius(result.times[0])
         yield (
             f"At the smallest scale that the pairs resolve ({radius:.3g}) the change is still "
@@ -207,6 +235,18 @@ def _pairs(result: Comparison) -> Iterator[str]:
     used = len(result.base_pairs.values)
     if used < result.choices["pairs"]:  # type: ignore[operator]
         yield f"Only {used} eigenpairs are used: more would cut a group of equal eigenvalues. [S04]"
+
+
+def _held_words(result: Comparison) -> str:
+    """What alignment may not take out, and what that does."""
+    held = result.alignment.held
+    if not held:
+        return ""
+    return (
+        f" Faces along {', '.join(held)} cut it, so a shift along {', '.join(held)}, or a turn out "
+        "of these faces, is not taken out: they show another piece of the material, and what "
+        "drifted through them counts as change."
+    )
 
 
 def _rim_words(result: Comparison) -> str:

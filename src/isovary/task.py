@@ -188,10 +188,12 @@ def where_topology_changes(task: Task) -> str:
     try:
         family = sweep_family(range(last + 1), task.fields, task.isovalue)
         found = topology_change(family, 0, last)
-    except IsovaryError as error:
-        return f"where it happens cannot be told: {error}"
-    place = ", ".join(f"{x:.4g}" for x in found.place)
+    except IsovaryError:
+        return "where it happens cannot be told: the fields have different grids"
+    place = ", ".join(f"{round(x, 9) + 0.0:.4g}" for x in found.place)
     return (
         f"{found.kind}: at {found.parameter:.4g} on the way from the base (0) to the perturbed "
-        f"field ({last}), values between the fields mixed, near ({place})"
+        f"field ({last})"
+        + (f", near ({place})" if found.refined else "")
+        + "; between the fields their values are mixed, so only members tell the parameter itself"
     )

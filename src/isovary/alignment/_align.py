@@ -19,7 +19,7 @@ from ._starts import Poses, Sites, exponential, sites_of, starts
 _UNSEEN = 1e-2  # part of a motion along the normals below which it is not seen
 _CLEARLY = 0.5  # another pose must leave less than this part of the distance,
 _ALIKE = 1.25  # up to this factor poses count as equally near
-_MIRROR = 0.1  # a mirrored one less than this
+_MIRROR = 0.5  # and a mirrored one less than this part of what the best other leaves
 _FLOOR = 1e-5  # distances, in sizes, that no other pose need explain
 _LITTLE = 1 + 2**0.5  # trace of a turn of 45 degrees, less than which no symmetry undercuts
 _REAL = 1e-3  # least relative gain that counts as a motion
@@ -108,8 +108,8 @@ def align(
     of less than 45 degrees, also with the centroids on each other from the turns of a cube, those
     of the principal axes, and the mirror images of all. The least turned pose wins unless others
     leave less than half of its distance: then the nearest, and of those that leave up to a
-    quarter more the least turned. A mirrored pose must leave less than a tenth of what the best
-    other leaves. So a surface that is symmetric, or nearly so, is not turned into its own
+    quarter more the least turned. A mirrored pose must leave less than half of what the best other
+    leaves. So a surface that is symmetric, or nearly so, is not turned into its own
     likeness, nor a slightly changed one mirrored.
 
     Motions that hardly move the surface along its normals, by less than 1 % of their way (a

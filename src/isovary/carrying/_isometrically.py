@@ -96,7 +96,11 @@ def carry_isometrically(
     current, steps = start or surface, []
     for number, ahead in enumerate(fields[1:] or fields):
         behind = fields[number] if len(fields) > 1 else None
-        current, count = _leg(surface, current, behind, ahead, isovalue, held)
+        try:
+            current, count = _leg(surface, current, behind, ahead, isovalue, held)
+        except (CorrespondenceError, MeshError) as error:
+            error.add_note(f"(field {number + 1} of {len(fields) - 1} after the base)")
+            raise
         steps.append(count)
     if max(steps) > 1:
         warnings.warn(

@@ -93,7 +93,7 @@ def _node_arrays(result: Comparison) -> dict[str, np.ndarray]:
         "significant": result.significant.astype(np.int8),
         "group": result.clusters.labels.astype(np.int32),
         "displacement": result.displacement,
-        "deformation": result.partners - result.base.points,
+        "deformation": result.deformation,
         "partner": result.base.points + result.displacement,
         "strain": result.strain,
         "kind_of_change": result.kinds.astype(np.int8),

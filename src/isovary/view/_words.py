@@ -44,6 +44,7 @@ def peak(result: Comparison) -> int | None:
     return best if norm[best] > 0 else None
 
 
+_BY_CHANCE = 0.01  # of the nodes of null comparisons, at most, exceed the noise
 MOSTLY_RIGID = 0.9
 """Share of the squared displacement above which the change is not called one."""
 
@@ -63,7 +64,10 @@ def verdict(result: Comparison, half_share: float) -> str:
     if not result.significant.any():
         most = percent(float(result.change_norm[marked]))
         return f"No significant change: the largest, {most}, is less than twice the noise floor"
-    if result.choices["alignment"] == "off" and result.alignment.share > MOSTLY_RIGID:
+    if result.relative_noise > 1 and result.significant.mean() < _BY_CHANCE:
+        return "No change above the noise: what exceeds it does so by chance, on a few nodes"
+    loose = result.choices["alignment"] == "off" and result.choices["carrying"] != "isometric"
+    if loose and result.alignment.share > MOSTLY_RIGID:
         return (
             f"Mostly a rigid motion ({percent(result.alignment.share)} of the displacement): "
             "the change shown may be false"
