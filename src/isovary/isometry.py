@@ -30,7 +30,7 @@ _DAMPING = 1e-6  # of the diagonal, at least: directions that hardly change a le
 _MOST_DAMPING = 1e6
 _ISOMETRIC = 1e-11  # strain that is rounding
 _SETTLED = 1e-4  # of an edge: a step below it is the last,
-_GAIN = 1e-5  # and so is one that lowers the mean square of the strain by less, relative to it
+_GAIN = 1e-6  # and so is one that lowers the mean square of the strain by less, relative to it
 
 
 @dataclass(frozen=True, eq=False)
