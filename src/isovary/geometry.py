@@ -259,6 +259,19 @@ def edges_of(triangles: Ints) -> tuple[Ints, Ints, Ints]:
     return edges, of_triangle.astype(np.int64), counts.astype(np.int64)
 
 
+def edge_length(points: Floats, triangles: Ints) -> float:
+    """Median distance of the ends of a mesh's corner edges; length.
+
+    Examples
+    --------
+    >>> corners = np.array([[0.0, 0, 0], [3, 0, 0], [0, 4, 0]])
+    >>> edge_length(corners, np.array([[0, 1, 2]]))
+    4.0
+    """
+    i, j = edges_of(triangles)[0].T
+    return float(np.median(np.linalg.norm(points[i] - points[j], axis=1)))
+
+
 def with_midpoints(points: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     """Six-node triangles over the same flat ones: the middle of each edge becomes a node.
 

@@ -14,7 +14,7 @@ from .geometry import (
     Bools,
     Floats,
     Ints,
-    edges_of,
+    edge_length,
     node_places,
     shape_gradients,
     tangents,
@@ -196,7 +196,7 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     landed = triangle_areas(here.points, base.triangles).sum()
     metric = _metric(base, float(np.sqrt(landed / base.area)))
     check_facing(here.points, base.triangles, here.normals)
-    settled = _SETTLED * _edge_length(here.points, base.triangles)
+    settled = _SETTLED * edge_length(here.points, base.triangles)
     energy, damping = metric.energy(metric.tensor(here.points)), 1e-3
     for _ in range(_STEPS):
         if energy < _ISOMETRIC**2:
@@ -256,11 +256,6 @@ def facing(points: Floats, triangles: Ints, normals: Floats) -> Floats:
 
 def _faces(landing: Landing, triangles: Ints) -> bool:
     return bool((facing(landing.points, triangles, landing.normals) > 0).all())
-
-
-def _edge_length(points: Floats, triangles: Ints) -> float:
-    i, j = edges_of(triangles)[0].T
-    return float(np.median(np.linalg.norm(points[i] - points[j], axis=1)))
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from .errors import CorrespondenceError, IsovaryError
 from .geometry import (
     Floats,
     Ints,
-    edges_of,
+    edge_length,
     jacobian_ratios,
     node_components,
     topology,
@@ -374,9 +374,8 @@ def sample_floor(task: Task, solved: Refinement) -> Floats:
 
 def rounding_floor(task: Task, level: Level, change: Floats) -> Floats:
     """What rounding of places and samples does to a change: their error over an edge's length."""
-    i, j = edges_of(level.base.corners)[0].T
     points = level.base.points
-    edge = float(np.median(np.linalg.norm(points[i] - points[j], axis=1)))
+    edge = edge_length(points, level.base.triangles)
     place = np.finfo(float).eps * max(
         float(np.abs(field.bounds).max()) for field in (task.base, task.perturbed)
     )
@@ -404,6 +403,5 @@ def relative_rms(floor: Floats, change: Floats) -> float:
 
 def _contour(task: Task, surface: Surface) -> Surface:
     """The perturbed isosurface as fine as the base's mesh."""
-    i, j = edges_of(surface.corners)[0].T
-    edge = float(np.median(np.linalg.norm(surface.points[i] - surface.points[j], axis=1)))
+    edge = edge_length(surface.points, surface.triangles)
     return contour(task.perturbed, task.isovalue, resolution=edge)
