@@ -11,7 +11,7 @@ from scipy.special import ellipe
 import isovary as iv
 from isovary.carrying import carry_isometrically
 from isovary.geometry import rim_nodes
-from isovary.isometry import facing
+from isovary.sliding import facing
 
 AXES = np.array([1.0, 1.3, 1.7])
 
@@ -246,6 +246,29 @@ def test_the_strain_is_least():
             assert iv.distortion(base, moved).strain > least
 
 
+def test_what_could_turn_freely_stays():
+    """Oracle: symmetry. A dent grows deeper on a sphere: no point turns about the dent's axis,
+    though hardly more than the mesh would hold it.
+    """
+    base, field = iv.marching_cubes(dented(0.05), 0.0, vertices=300), dented(0.1)
+    carried, _ = carry_isometrically(base, [field], 0.0)
+    turned = np.cross(base.points, carried.points)[:, 2] / (base.points[:, :2] ** 2).sum(axis=1)
+    assert abs(np.median(turned)) < 0.005
+    far = base.points[:, 2] < 0
+    np.testing.assert_allclose(carried.points[far], base.points[far], atol=0.01)
+
+
+@pytest.mark.parametrize("longer", [1.005, 1.02])
+def test_it_goes_on_until_nothing_moves(bases, longer):
+    """Oracle: algebra. Where nothing slides freely a second slide finds nothing to move."""
+    there = ellipsoid_field(turn=np.diag([1 / longer, 1.0, 1.0]))
+    first, _ = carry_isometrically(bases[600], [there], -1.0)
+    again, _ = carry_isometrically(bases[600], [there], -1.0, start=first)
+    along, _ = iv.carry(bases[600], there, -1.0)
+    slid, moved = (np.linalg.norm(s.points - first.points, axis=1).max() for s in (along, again))
+    assert moved < 1e-4 * slid
+
+
 def test_far_apart_it_goes_in_steps():
     """Oracle: data. A sphere that becomes a rod 3 times as long: no single step, and it is told."""
 
@@ -275,7 +298,7 @@ def test_a_folded_start_is_an_error():
     base = iv.icosphere(2, order=1)
     points = base.points.copy()
     points[[0, 40]] = points[[40, 0]]
-    from isovary.isometry import check_facing
+    from isovary.sliding import check_facing
 
     with pytest.raises(iv.CorrespondenceError, match="C05"):
         check_facing(points, base.triangles, points)

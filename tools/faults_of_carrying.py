@@ -17,13 +17,38 @@ CARRYING = (
     ),
     Fault(
         "slide: away from the least strain is taken, too",
-        "isometry.py",
+        "sliding.py",
         "if there.arrived.all() and lower < energy and",
         "if there.arrived.all() and",
         (ISOMETRY,),
     ),
     Fault(
-        "slide: no damping", "isometry.py", "_DAMPING = 1e-6  #", "_DAMPING = 1e-30  #", (ISOMETRY,)
+        "slide: nothing holds what could slide freely",
+        "sliding.py",
+        "_ANCHOR = 10.0",
+        "_ANCHOR = 0.0",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: the first small step is the last",
+        "sliding.py",
+        "_SETTLED = 1e-5  #",
+        "_SETTLED = 1e-2  #",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: nothing is learned from the steps before",
+        "sliding.py",
+        "memory = memory.after(step, gradient - before)",
+        "memory = Memory()",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "memory: steps along which the gradient falls are kept",
+        "quasi_newton.py",
+        "        if not np.vdot(step, change) > 0:\n            return self\n",
+        "",
+        ("tests/test_quasi_newton.py",),
     ),
     Fault(
         "strain: one component only",

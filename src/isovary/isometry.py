@@ -1,36 +1,23 @@
-"""How far a map between two surfaces is from an isometry, and the map that is nearest to one."""
+"""How far a map between two surfaces is from an isometry."""
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .errors import CorrespondenceError
 from .geometry import (
-    Bools,
     Floats,
     Ints,
-    edge_length,
-    node_places,
     shape_gradients,
     tangents,
-    triangle_areas,
 )
 from .records import Surface
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
-
-_STEPS = 100
-_DAMPING = 1e-6  # of the diagonal, at least: directions that hardly change a length stand still
-_MOST_DAMPING = 1e6
-_ISOMETRIC = 1e-11  # strain that is rounding
-_SETTLED = 1e-4  # of an edge: a step below it is the last,
-_GAIN = 1e-6  # and so is one that lowers the mean square of the strain by less, relative to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +98,13 @@ def distortion(base: Surface, points: Floats) -> Distortion:
     -----
     Cost: linear in the number of triangles, 10 ms for 2 000 of six nodes.
     """
-    metric = _metric(base)
+    metric = metric_of(base)
     areas = metric.weights.sum(axis=1)
     known = np.isfinite(points[base.triangles]).all(axis=(1, 2))
     stretches = np.full((len(areas), 2), np.nan)
     if not known.any():
         return Distortion(stretches, areas, float("nan"))
-    part = _Metric(base.triangles[known], metric.gradients[known], metric.weights[known])
+    part = Metric(base.triangles[known], metric.gradients[known], metric.weights[known])
     tensor = part.tensor(points)
     mean = np.einsum("mq,mqkl->mkl", part.weights, tensor) / areas[known, None, None]
     squares = np.linalg.eigvalsh(mean)[:, ::-1]
@@ -126,140 +113,8 @@ def distortion(base: Surface, points: Floats) -> Distortion:
     return Distortion(stretches, areas, float(np.sqrt(strain)))
 
 
-class Landing(NamedTuple):
-    """Where points arrive on a surface.
-
-    ``points`` (n, 3) on it, its unit ``normals`` (n, 3) there, the directions ``frames``
-    (n, 3, 2) in which each may slide (0 for none), and the mask ``arrived`` (n,).
-    """
-
-    points: Floats
-    normals: Floats
-    frames: Floats
-    arrived: Bools
-
-
-Ground = Callable[[Floats], Landing]
-"""The way from points near a surface onto it."""
-
-
-def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
-    """Points slid on another surface until the map from the base is as isometric as can be.
-
-    Minimizes the integral over the base of the strain's square, half there and half back,
-    (E : E + E' : E') / 2 with C = F^T F / s^2, E = (C - 1) / 2 and E' = (1 - C^-1) / 2, F the
-    gradient of the map and s^2 the ratio of the areas: a similarity strains nothing, small
-    strains count as usual, and a triangle that collapses costs without bound (the Green strain
-    E alone would let it, and wrinkle what shrinks below 0.7). Damped Gauss-Newton steps in the
-    tangent planes of the other surface, each followed by the way back onto it; a step that
-    raises the strain or turns a triangle over is damped more. Where nothing is lost by it (a
-    sphere may turn) nothing moves.
-
-    Parameters
-    ----------
-    base : Surface
-        With n nodes.
-    start : array (n, 3)
-        On the other surface, no triangle turned over.
-    ground : callable
-        The other surface.
-
-    Returns
-    -------
-    array (n, 3)
-
-    Raises
-    ------
-    CorrespondenceError
-        C05 if triangles are turned over at the start.
-
-    Warns
-    -----
-    UserWarning
-        C07 if the map has not settled after 100 steps.
-
-    Notes
-    -----
-    Quadratic convergence where the surfaces are nearly isometric: 4 to 5 steps, each a sparse
-    factorization of 2 n unknowns, 0.1 s for 4 000 nodes. Where lengths change by 10 % it is
-    linear: some ten steps. At most 100.
-
-    References
-    ----------
-    O. Sorkine and M. Alexa, *As-rigid-as-possible surface modeling*, SGP 2007, minimize the
-    same to leading order by turns (local) and a fixed stiffness (global), in many more steps;
-    J. Nocedal and S. Wright, *Numerical Optimization*, 2006, section 10.3 (damping).
-    """
-    if distortion(base, start).strain < _ISOMETRIC:
-        return start
-    here = ground(start)
-    landed = triangle_areas(here.points, base.triangles).sum()
-    metric = _metric(base, float(np.sqrt(landed / base.area)))
-    check_facing(here.points, base.triangles, here.normals)
-    settled = _SETTLED * edge_length(here.points, base.triangles)
-    energy, damping = metric.energy(metric.tensor(here.points)), 1e-3
-    for _ in range(_STEPS):
-        if energy < _ISOMETRIC**2:
-            break
-        matrix, slope = metric.equations(here.points, here.frames)
-        while damping < _MOST_DAMPING:
-            step = np.einsum("ndc,nc->nd", here.frames, _solve(matrix, slope, damping))
-            there = ground(here.points + step)
-            lower = metric.energy(metric.tensor(there.points))
-            if there.arrived.all() and lower < energy and _faces(there, base.triangles):
-                break
-            damping *= 10
-        else:
-            break
-        length = float(np.linalg.norm(there.points - here.points, axis=1).max())
-        settling = length < settled or energy - lower < _GAIN * energy
-        here, energy, damping = there, lower, max(damping / 10, _DAMPING)
-        if settling:
-            break
-    else:
-        warnings.warn(
-            f"the map of least strain has not settled after {_STEPS} steps: where the surface can "
-            "slide almost freely the places of points are uncertain [C07]",
-            stacklevel=2,
-        )
-    return here.points
-
-
-def tangent_frames(normals: Floats) -> Floats:
-    """Two unit vectors at right angles to each normal and each other, (n, 3, 2)."""
-    away = np.eye(3)[np.abs(normals).argmin(axis=1)]
-    first = np.cross(normals, away)
-    first /= np.linalg.norm(first, axis=1, keepdims=True)
-    frames: Floats = np.stack([first, np.cross(normals, first)], axis=-1)
-    return frames
-
-
-def check_facing(points: Floats, triangles: Ints, normals: Floats) -> None:
-    """Raise CorrespondenceError C05 if a triangle does not face along the normals (n, 3)."""
-    turned = facing(points, triangles, normals) <= 0
-    if turned.any():
-        raise CorrespondenceError(
-            "C05",
-            f"triangles: expected all carried ones to face outward, got {turned.sum()} turned "
-            f"over, first {np.flatnonzero(turned)[:5].tolist()}; the surfaces are too far apart "
-            "for their features: go in smaller steps of the parameter, or compare with normal_rays",
-        )
-
-
-def facing(points: Floats, triangles: Ints, normals: Floats) -> Floats:
-    """Least product (m,) of a triangle's own normal at its nodes and the nodes' normals."""
-    jacobian = tangents(points, triangles, node_places(1 if triangles.shape[1] == 3 else 2))
-    own = np.cross(jacobian[..., 0], jacobian[..., 1])
-    least: Floats = np.einsum("mqd,mqd->mq", own, normals[triangles]).min(axis=1)
-    return least
-
-
-def _faces(landing: Landing, triangles: Ints) -> bool:
-    return bool((facing(landing.points, triangles, landing.normals) > 0).all())
-
-
 @dataclass(frozen=True, eq=False)
-class _Metric:
+class Metric:
     """Gradients (m, q, i, 2) of the shape functions in orthonormal coordinates, and weights."""
 
     triangles: Ints
@@ -303,7 +158,7 @@ class _Metric:
         change_back = np.einsum("mqij,mqajk,mqkl->mqail", back, change, back, optimize=True)
         rows = np.concatenate([_entries(change), _entries(change_back)], axis=-1)
         wanted = np.concatenate([_entries(e) for e in _strains(tensor, back)], axis=-1)
-        weighted = rows * self.weights[..., None, None]
+        weighted = rows * (self.weights / self.weights.sum())[..., None, None]
         local = np.einsum("mqae,mqbe->mab", weighted, rows, optimize=True)
         numbers = (2 * self.triangles[:, :, None] + np.arange(2)).reshape(count, -1)
         size = 2 * len(points)
@@ -324,7 +179,7 @@ def _entries(symmetric: Floats) -> Floats:
     return np.stack([symmetric[..., 0, 0], symmetric[..., 1, 1], mixed], axis=-1)
 
 
-def _metric(base: Surface, scale: float = 1.0) -> _Metric:
+def metric_of(base: Surface, scale: float = 1.0) -> Metric:
     """Of the base, scaled, at one quadrature point of a flat triangle and six of a curved one."""
     barycentric, weights = _rule(base.order)
     jacobian = tangents(base.points, base.triangles, barycentric)
@@ -334,7 +189,7 @@ def _metric(base: Surface, scale: float = 1.0) -> _Metric:
     local = shape_gradients(barycentric, base.order)
     gradients = np.einsum("qik,mqkl->mqil", local, inward) / scale
     measure = lower[..., 0, 0] * lower[..., 1, 1] * (weights / 2)
-    return _Metric(base.triangles, gradients, measure)
+    return Metric(base.triangles, gradients, measure)
 
 
 def _rule(order: int) -> tuple[Floats, Floats]:
@@ -345,22 +200,3 @@ def _rule(order: int) -> tuple[Floats, Floats]:
     places = [np.roll([1 - 2 * b, b, b], k) for b, _ in orbits for k in range(3)]
     weights = np.repeat([weight for _, weight in orbits], 3)
     return np.array(places), weights / weights.sum()
-
-
-def _solve(matrix: csc_array, slope: Floats, damping: float) -> Floats:
-    """Move (n, 2) along the frames of a damped Gauss-Newton step."""
-    from scipy.sparse import diags_array
-    from scipy.sparse.linalg import splu
-
-    diagonal = matrix.diagonal()
-    scale = float(diagonal.mean()) or 1.0
-    held = diagonal <= 1e-12 * scale
-    damped = matrix + diags_array(damping * diagonal + held * scale)
-    factors = splu(
-        damped.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    move: Floats = factors.solve(-slope).reshape(-1, 2)
-    return move

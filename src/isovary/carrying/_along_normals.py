@@ -13,10 +13,10 @@ from ..geometry import (
     linear_triangles,
     own_places,
 )
-from ..isometry import check_facing
 from ..level_sets import LevelSet
 from ..projection import outward_normals, project
 from ..records import Correspondence, Surface
+from ..sliding import check_facing
 
 _NEWTON_STEPS = 60
 _LOST_LIMIT = 0.5

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..errors import ArgumentError, CorrespondenceError, MeshError
 from ..geometry import Bools, Floats, own_places
-from ..isometry import Ground, Landing, slide, tangent_frames
 from ..level_sets import BlendedField, LevelSet
 from ..projection import newton, outward_normals
 from ..records import Correspondence, Surface
+from ..sliding import Ground, Landing, slide, tangent_frames
 from ._along_normals import carry, faces_held
 
 _SMALLEST_STEP = 1 / 64
@@ -74,7 +74,7 @@ def carry_isometrically(
 
     Notes
     -----
-    Cost: 0.7 s for 4 000 nodes and one step, see :func:`isovary.isometry.slide`.
+    Cost: 0.7 s for 4 000 nodes and one step, see :func:`isovary.sliding.slide`.
 
     Examples
     --------

@@ -18,8 +18,9 @@ from ..geometry import (
     shape_functions,
     topology,
 )
-from ..isometry import Landing, distortion, facing, slide, tangent_frames
+from ..isometry import distortion
 from ..records import Correspondence, Surface
+from ..sliding import Landing, facing, slide, tangent_frames
 from ._closest_point import closest_point, nearest
 from ._elements import position
 from ._interpolate import interpolate
@@ -38,7 +39,7 @@ def isometric_match(
     """Each base node matched so that the map as a whole changes lengths least.
 
     From a start the nodes slide on the perturbed surface until the integral of the squared
-    Green strain between the base and its image is smallest (:func:`isovary.isometry.slide`):
+    Green strain between the base and its image is smallest (:func:`isovary.sliding.slide`):
     a piece of a surface finds itself again wherever it was shifted, turned, bent or rolled to.
     Rays and closest points, which know nothing of lengths, slide points past each other there.
 
