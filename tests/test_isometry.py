@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ellipe
 
 import isovary as iv
-from isovary.carrying import carry_isometrically
+from isovary.carrying import _isometrically, carry_isometrically
 from isovary.geometry import rim_nodes
 from isovary.sliding import facing
 
@@ -291,6 +291,26 @@ def test_far_apart_it_goes_in_steps():
         there, _ = carry_isometrically(base, members, -1.0)
     ways = [iv.distortion(base, surface.points).strain for surface in (carried, there)]
     assert ways[0] == pytest.approx(ways[1], rel=1e-3)  # the least strain knows no way
+
+
+def test_a_step_that_arrives_is_followed_by_a_longer_one(monkeypatch):
+    """Oracle: algebra. On a way whose first half allows steps of 1/8 and the rest of 1/2 at most:
+    each step is tried at twice the one before, and halved."""
+    gone = []
+
+    def step(base, current, field, isovalue, held):
+        part = getattr(field, "part", 1.0)
+        before = gone[-1] if gone else 0.0
+        if part - before > (0.125 if before < 0.5 else 0.5):
+            raise iv.CorrespondenceError("C05", "too far")
+        gone.append(part)
+        return current
+
+    monkeypatch.setattr(_isometrically, "_step", step)
+    fields = [ellipsoid_field(), ellipsoid_field(1.1)]
+    with pytest.warns(UserWarning, match="in 6 steps"):
+        carry_isometrically(iv.icosphere(1), fields, -1.0)
+    assert gone == [0.125, 0.25, 0.375, 0.5, 0.75, 1.0]
 
 
 def test_a_folded_start_is_an_error():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fault import Fault
 
 ISOMETRY = "tests/test_isometry.py"
+TRUST = "tests/test_trust.py"
 COMPARISON = "tests/test_comparison.py"
 
 CARRYING = (
@@ -104,6 +105,41 @@ CARRYING = (
         "level_sets.py",
         "[weight * gradient for weight, _, gradient in mixed]",
         "[weight * mixed[0][2] for weight, _, _ in mixed]",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "strain: a third of its floor",
+        "levels.py",
+        "return combined_floor(floors)[:, 0]",
+        "return combined_floor(floors)[:, 0] / 3",
+        (TRUST,),
+    ),
+    Fault(
+        "notes: places in the wrong order are not told",
+        "notes.py",
+        "if result.audit.turned.any():",
+        "if False:",
+        (TRUST,),
+    ),
+    Fault(
+        "notes: what is nobody's partner is not told",
+        "notes.py",
+        "if result.audit.perturbed_coverage < _COVERED:",
+        "if False:",
+        (TRUST,),
+    ),
+    Fault(
+        "only matching: a distance where nothing was compared",
+        "levels.py",
+        "spread(partners.distance, np.nan),",
+        "spread(partners.distance, 0.0),",
+        (TRUST,),
+    ),
+    Fault(
+        "carry: a step that arrived is not doubled",
+        "carrying/_isometrically.py",
+        "part, step, count = part + step, 2 * step, count + 1",
+        "part, step, count = part + step, step, count + 1",
         (ISOMETRY,),
     ),
 )
