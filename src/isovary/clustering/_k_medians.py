@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..errors import ArgumentError, ClusterError
+from ..errors import ArgumentError
 from ..geometry import Floats, Ints
 from ..records import Clusters
+from ._rows import checked_rows, distances
 
 _ROUNDS = 200
 
@@ -58,40 +59,23 @@ def k_medians(
     >>> groups.labels.tolist(), groups.centers.round(2).tolist()
     ([1, 0, 0, 1, -1], [[0.1], [5.05]])
     """
-    rows = np.asarray(rows, dtype=float)
-    if rows.ndim != 2:
-        raise ArgumentError("A03", f"rows: expected shape (n, T), got {rows.shape}")
-    if count < 1 or restarts < 1:
-        raise ArgumentError("A02", f"count, restarts: expected 1 or more, got {count}, {restarts}")
-    known = np.isfinite(rows).all(axis=1)
-    data = rows[known]
-    distinct = len(np.unique(data, axis=0))
-    if distinct < count:
-        raise ClusterError(
-            "K02",
-            f"count: expected at most {distinct} groups for {distinct} distinct rows, got {count}",
-        )
+    if restarts < 1:
+        raise ArgumentError("A02", f"restarts: expected 1 or more, got {restarts}")
+    known = checked_rows(rows, count)
+    data = known.data
     generator = np.random.default_rng(rng)
     best = min((_lloyd(data, _seeds(data, count, generator)) for _ in range(restarts)), key=_cost)
     centers, nearest, _ = best
-    order = np.argsort(np.abs(centers).sum(axis=1), kind="stable")
-    labels = np.full(len(rows), -1, dtype=np.int64)
-    labels[known] = np.argsort(order)[nearest]
-    return Clusters(labels, centers[order])
+    return known.clusters(nearest, centers)
 
 
 def _cost(run: tuple[Floats, Ints, float]) -> float:
     return run[2]
 
 
-def _distances(data: Floats, centers: Floats) -> Floats:
-    """L1 distances (n, k)."""
-    return np.stack([np.abs(data - center).sum(axis=1) for center in centers], axis=1)
-
-
 def _seeds(data: Floats, count: int, generator: np.random.Generator) -> Floats:
     chosen = [data[generator.integers(len(data))]]
-    nearest = _distances(data, np.array(chosen))[:, 0]
+    nearest = distances(data, np.array(chosen))[:, 0]
     for _ in range(count - 1):
         row = generator.choice(len(data), p=nearest / nearest.sum())
         chosen.append(data[row])
@@ -103,7 +87,7 @@ def _lloyd(data: Floats, centers: Floats) -> tuple[Floats, Ints, float]:
     """Alternate nearest centers and medians until no label changes; no group is ever empty."""
     labels = np.full(len(data), -1, dtype=np.int64)
     for _ in range(_ROUNDS):
-        distance = _distances(data, centers)
+        distance = distances(data, centers)
         nearest = distance.argmin(axis=1)
         for group in np.setdiff1d(np.arange(len(centers)), nearest):  # refill an empty group
             shared = np.bincount(nearest, minlength=len(centers))[nearest] > 1
@@ -112,6 +96,6 @@ def _lloyd(data: Floats, centers: Floats) -> tuple[Floats, Ints, float]:
             break
         labels = nearest
         centers = np.stack([np.median(data[labels == g], axis=0) for g in range(len(centers))])
-    distance = _distances(data, centers)
+    distance = distances(data, centers)
     cost = float(distance[np.arange(len(data)), labels].sum())
     return centers, labels, cost
