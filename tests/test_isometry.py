@@ -298,7 +298,7 @@ def test_a_step_that_arrives_is_followed_by_a_longer_one(monkeypatch):
     each step is tried at twice the one before, and halved."""
     gone = []
 
-    def step(base, current, field, isovalue, held):
+    def step(base, current, field, isovalue, held, settled):
         part = getattr(field, "part", 1.0)
         before = gone[-1] if gone else 0.0
         if part - before > (0.125 if before < 0.5 else 0.5):

@@ -33,8 +33,8 @@ CARRYING = (
     Fault(
         "slide: the first small step is the last",
         "sliding.py",
-        "_SETTLED = 1e-5  #",
-        "_SETTLED = 1e-2  #",
+        "\nSETTLED = 1e-5\n",
+        "\nSETTLED = 1e-2\n",
         (ISOMETRY,),
     ),
     Fault(

@@ -31,8 +31,10 @@ _ANCHOR = 10.0  # what the strain is multiplied by, and 1, where all move by the
 _DAMPING = 1e-9  # of the diagonal, at least
 _MOST_DAMPING = 1e6
 _ISOMETRIC = 1e-11  # strain that is rounding
-_SETTLED = 1e-5  # of an edge: a step below it is the last,
-_GAIN = 1e-12  # and so is one that lowers the mean square of the strain by less, relative to it
+_GAIN = 1e-12  # a step that lowers what is to be small by less, relative to it, is the last
+
+SETTLED = 1e-5
+"""Part of an edge: longer moves are gone on with."""
 
 
 class Landing(NamedTuple):
@@ -52,7 +54,7 @@ Ground = Callable[[Floats], Landing]
 """The way from points near a surface onto it."""
 
 
-def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
+def slide(base: Surface, start: Floats, ground: Ground, *, settled: float = SETTLED) -> Floats:
     """Points slid on another surface until the map from the base is as isometric as can be.
 
     Minimizes the integral over the base of the strain's square, half there and half back,
@@ -68,7 +70,7 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     Steps in the tangent planes of the other surface, each followed by the way back onto it, are
     those of limited-memory BFGS around the damped Gauss-Newton matrix; one that does not lower
     what is to be small, or turns a triangle over, is taken back, what was learned forgotten, and
-    then the damping raised. The last is shorter than 1e-5 of an edge.
+    then the damping raised.
 
     Parameters
     ----------
@@ -78,6 +80,8 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
         On the other surface, no triangle turned over.
     ground : callable
         The other surface.
+    settled : float
+        The last step is shorter than this part of an edge.
 
     Returns
     -------
@@ -110,7 +114,7 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
     here = ground(start)
     check_facing(here.points, base.triangles, here.normals)
     aim = _aim(base, here.points)
-    settled = _SETTLED * edge_length(here.points, base.triangles)
+    least = settled * edge_length(here.points, base.triangles)
     energy, damping, memory = aim.energy(here.points), 1e-3, Memory()
     gradient, matrix = aim.equations(here)
     for _ in range(_STEPS):
@@ -127,7 +131,7 @@ def slide(base: Surface, start: Floats, ground: Ground) -> Floats:
         else:
             return here.points
         step = there.points - here.points
-        if np.linalg.norm(step, axis=1).max() < settled or energy - lower < _GAIN * energy:
+        if np.linalg.norm(step, axis=1).max() < least or energy - lower < _GAIN * energy:
             return there.points
         before, here, energy, damping = gradient, there, lower, max(damping / 10, _DAMPING)
         gradient, matrix = aim.equations(here)

@@ -12,10 +12,11 @@ from ..geometry import Bools, Floats, own_places
 from ..level_sets import BlendedField, LevelSet
 from ..projection import newton, outward_normals
 from ..records import Correspondence, Surface
-from ..sliding import Ground, Landing, slide, tangent_frames
+from ..sliding import SETTLED, Ground, Landing, slide, tangent_frames
 from ._along_normals import carry, faces_held
 
 _SMALLEST_STEP = 1 / 64
+_ON_THE_WAY = 1e-2  # of an edge: how well the map settles before the last field
 _LEAST_COSINE = 0.5  # no normal turns by more than 60 degrees in one step
 
 
@@ -94,10 +95,12 @@ def carry_isometrically(
         raise ArgumentError("A02", "fields: expected at least the perturbed one, got none")
     held = faces_held(surface.points, fields[0])
     current, steps = start or surface, []
+    last = len(fields[1:] or fields) - 1
     for number, ahead in enumerate(fields[1:] or fields):
         behind = fields[number] if len(fields) > 1 else None
         try:
-            current, count = _leg(surface, current, behind, ahead, isovalue, held)
+            settled = SETTLED if number == last else _ON_THE_WAY
+            current, count = _leg(surface, current, behind, ahead, isovalue, held, settled)
         except (CorrespondenceError, MeshError) as error:
             error.add_note(f"(field {number + 1} of {len(fields) - 1} after the base)")
             raise
@@ -121,6 +124,7 @@ def _leg(
     ahead: LevelSet,
     isovalue: float,
     held: Bools,
+    settled: float,
 ) -> tuple[Surface, int]:
     """From one field to the next, in as few steps as can be gone, and their number."""
     part, step, count = 0.0, 1.0, 0
@@ -129,7 +133,8 @@ def _leg(
         whole = behind is None or part + step == 1
         field = ahead if behind is None or whole else BlendedField(behind, ahead, part + step)
         try:
-            current = _step(base, current, field, isovalue, held)
+            end = settled if whole else _ON_THE_WAY
+            current = _step(base, current, field, isovalue, held, end)
         except (CorrespondenceError, MeshError) as error:
             step /= 2
             if behind is None or step < _SMALLEST_STEP:
@@ -141,7 +146,12 @@ def _leg(
 
 
 def _step(
-    base: Surface, current: Surface, field: LevelSet, isovalue: float, held: Bools
+    base: Surface,
+    current: Surface,
+    field: LevelSet,
+    isovalue: float,
+    held: Bools,
+    settled: float,
 ) -> Surface:
     """Carried along the current normals, then slid."""
     carried, _ = carry(current, field, isovalue)
@@ -153,7 +163,8 @@ def _step(
             f"first {np.flatnonzero(turned)[:5].tolist()}; the surfaces are too far apart for "
             "their features: go in smaller steps of the parameter, or carry along normals",
         )
-    points = slide(base, carried.points, field_ground(field, isovalue, held))
+    ground = field_ground(field, isovalue, held)
+    points = slide(base, carried.points, ground, settled=settled)
     return Surface(points, base.triangles, outward_normals(points, field, isovalue))
 
 
