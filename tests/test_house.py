@@ -34,7 +34,9 @@ LAYERS = {
     **dict.fromkeys(["carrying", "correspondence", "difference", "clustering"], 1),
     **dict.fromkeys(["embedding", "color", "deform", "shapes", "potentials"], 1),
     **dict.fromkeys(["comparison", "levels", "methods", "noise", "notes", "quality", "sweep"], 2),
-    **dict.fromkeys(["checks", "families", "task", "topology_change", "matching", "extrinsic"], 2),
+    **dict.fromkeys(
+        ["checks", "families", "task", "topology_change", "matching", "extrinsic", "groups"], 2
+    ),
     **dict.fromkeys(["io", "view", "app", "paraview", "data", "cli", "__main__"], 3),
 }
 

@@ -3,6 +3,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+from base64 import b64decode
 from dataclasses import replace
 from html.parser import HTMLParser
 from itertools import combinations
@@ -19,6 +20,8 @@ from isovary.shapes import icosphere
 from isovary.view import _opengl, _paint, overview, write_report
 from isovary.view._camera import choose_camera, in_sight
 from isovary.view._overview import prepare
+from isovary.view._report_data import packed
+from isovary.view._report_plots import wireframe
 from isovary.view._tessellate import (
     at_pieces,
     edge_lines,
@@ -445,24 +448,49 @@ def test_report_escapes_names(page):
 
 def test_report_data(page):
     """Oracle: algebra. Each mode has a colour for each node; bytes decode to the change."""
-    from base64 import b64decode
-
     result, text = page
     parser = _Loads()
     parser.feed(text)
     data = json.loads(next(t for t in parser.texts if t))
     count = len(result.base.points)
-    assert all(len(colors) == count for colors in data["colors"].values())
+    assert all(len(b64decode(colors)) == 3 * count for colors in data["colors"].values())
     assert set(data["colors"]) | {"scale"} == set(re.findall(r'<div data-mode="(\w+)"', text))
     code = np.frombuffer(b64decode(data["scales"]["bytes"]), dtype=np.uint8)
     code = code.reshape(len(result.times), count).T.astype(float)
+    assert len(data["scales"]["words"]) == len(result.times)
     lost, clear = np.isnan(result.change), np.abs(result.change) > result.noise_floor
     assert (code[lost] == 0).all()
     assert (code[~lost & ~clear] == 1).all()
     limit = np.abs(result.change[clear]).max()
     shown = (code[clear] - 128) / 126 * limit
     np.testing.assert_allclose(shown, result.change[clear], atol=0.51 * limit / 126)
-    assert len(data["surface"]["data"][0]["text"]) == count
+    assert len(data["nodes"]["group"]) == count
+
+
+def test_packed_values_unpack():
+    """Oracle: algebra. To half a 65 534th of the column's range; unknown stays unknown."""
+    values = np.random.default_rng(8).standard_normal((50, 3)) * [1e-6, 1.0, 1e9]
+    values[7, 1], values[:, 2] = np.nan, 4.0
+    parts = packed(values)
+    codes = np.frombuffer(b64decode(parts["codes"]), dtype="<u2").reshape(50, 3)
+    found = np.where(codes == 65_535, np.nan, parts["low"] + parts["step"] * codes.astype(float))
+    span = np.ptp(np.nan_to_num(values), axis=0)
+    assert (np.abs(found - values)[np.isfinite(values)] <= 0.51 * span.max() / 65_534).all()
+    assert (np.abs(found[:, 0] - values[:, 0]) <= 0.51 * span[0] / 65_534).all()
+    np.testing.assert_array_equal(found[:, 2], 4.0)
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(values))
+
+
+def test_the_wireframe_is_the_perturbed_mesh(half_lost):
+    """Oracle: algebra. Each edge once, by its middle node: 3 V - 6 of a closed sphere."""
+    lines = wireframe(half_lost).reshape(-1, 4, 3)
+    surface = half_lost.perturbed
+    assert len(lines) == 3 * len(np.unique(surface.corners)) - 6
+    assert np.isnan(lines[:, 3]).all()
+    middle = (lines[:, 0] + lines[:, 2]) / 2
+    length = np.linalg.norm(lines[:, 2] - lines[:, 0], axis=1)
+    assert (np.linalg.norm(lines[:, 1] - middle, axis=1) < 0.1 * length).all()
+    assert (lines[:, 1] != middle).any()
 
 
 def test_closed_surfaces_are_seen_from_outside():

@@ -18,6 +18,7 @@ from .difference import change_norm
 from .errors import ArgumentError, CorrespondenceError
 from .extrinsic import Kind, extrinsic_summary, kinds_of_change
 from .geometry import Bools, Floats, Ints, Topology, node_areas, topology
+from .groups import GroupFacts, group_table
 from .isometry import Distortion, distortion
 from .laplacian import fem
 from .levels import (
@@ -246,6 +247,11 @@ class Comparison:
     def relative_noise(self) -> float:
         """Root mean square of the noise floor over that of the change; 0 for no change at all."""
         return relative_rms(self.noise_floor, self.change)
+
+    @property
+    def group_table(self) -> tuple[GroupFacts, ...]:
+        """A row for each group: its area, place, mean change and dominant scale."""
+        return group_table(self.base, self.clusters, self.change)
 
     def plot(self, clusters: Clusters | None = None) -> Figure:
         """Overview figure, with the given groups instead of the comparison's own."""

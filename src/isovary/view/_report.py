@@ -23,15 +23,19 @@ from ..extrinsic import Kind
 from . import _paint as paint
 from ._overview import overview, prepare
 from ._panels import View
-from ._report_plots import (
-    curves_figure,
+from ._report_data import (
+    column_words,
     mode_colors,
+    node_curves,
+    node_values,
     noise_limit,
     scale_bytes,
     scale_limit,
-    surface_figure,
+    slider_columns,
 )
-from ._words import facts, group_shares, percent, title, unknown, verdict
+from ._report_plots import curves_figure, heat_figure, surface_figure
+from ._tessellate import outside
+from ._words import answer, facts, group_shares, percent, place, title, unknown, verdict
 
 _MODES = {
     "change": "Mean change",
@@ -70,13 +74,20 @@ def write_report(
         "title": escape(f"isovary: {title(result)}"),
         "verdict": escape(words),
         "subtitle": escape(f"Isosurface {title(result)}, base against perturbed."),
+        "answer": escape(answer(result, view.significant_share)),
         "notes": _notes(result),
         "buttons": "".join(
             f'<button type="button" data-mode="{mode}" aria-pressed="false">{name}</button>'
             for mode, name in _MODES.items()
         ),
         "keys": _keys(view),
+        "curves_where": "Medians over the nodes"
+        if view.peak is None
+        else f"At the point that changed most (node {view.peak})",
         "curves_words": escape(_curves_words(view)),
+        "last": str(len(result.base.points) - 1),
+        "marked": "" if view.peak is None else str(view.peak),
+        "groups": _group_rows(view),
         "picture": _png(picture or overview(result)),
         "tables": _tables(result),
         "version": escape(version("isovary")),
@@ -94,8 +105,13 @@ def _data(view: View) -> str:
     data: dict[str, Any] = {
         "surface": json.loads(surface_figure(result, view.camera, view.peak).to_json()),
         "curves": json.loads(curves_figure(result, view.peak).to_json()),
+        "heat": json.loads(heat_figure(result).to_json()),
         "colors": mode_colors(result),
         "scales": scale_bytes(result),
+        "nodes": node_values(result),
+        "node_curves": node_curves(result),
+        "facing": 1 if outside(result.base) > 0 else -1,
+        "unknown": unknown(result),
     }
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return text.replace("<", "\\u003c")
@@ -115,14 +131,14 @@ def _notes(result: Comparison) -> str:
 
 def _curves_words(view: View) -> str:
     if view.peak is None:
-        return "Medians over the nodes: the two signatures agree everywhere."
+        return ": the two signatures agree everywhere."
     kind = view.result.methods.kind
     times = (
         "Small times see details, large ones the whole: heat spreads over the diffusion radius "
         "2√t. "
     )
     return (
-        f"At the point that changed most (node {view.peak}), with the median of each group. "
+        ", with the median of each group. "
         + (times if kind.per_time else "")
         + f"The change is the base's {kind.title} minus the perturbed one's, in percent of the "
         "base's mean."
@@ -135,7 +151,7 @@ def _keys(view: View) -> str:
     limit, moved = paint.norm_limit(result), paint.move_limit(result)
     noise, scale = noise_limit(result), scale_limit(result)
     stretch = paint.strain_limit(result)
-    steps = len(result.columns) - 1
+    steps = len(slider_columns(result)) - 1
     slider = (
         f'<p><label>Scale <input id="scale" type="range" min="0" max="{steps}" '
         f'value="{steps // 2}"></label><br><span id="scale-words"></span></p>'
@@ -189,10 +205,35 @@ def _group_patches(view: View) -> list[str]:
     shares = group_shares(samples.groups, view.pieces.areas, samples.norm, count)
     colors = paint.group_colors(count)
     patches = [
-        _patch(to_hex(color), f"group {k}: {percent(share)} of the area, mean {percent(mean)}")
+        f'<button type="button" class="group" data-group="{k}" aria-pressed="true">'
+        + _patch(to_hex(color), f"group {k}: {percent(share)} of the area, mean {percent(mean)}")
+        + "</button>"
         for k, (color, (share, mean)) in enumerate(zip(colors, shares, strict=True))
     ]
     return [*patches, _patch(to_hex(paint.NEUTRAL), "no group")]
+
+
+def _group_rows(view: View) -> str:
+    """The table of the groups, the most changed first."""
+    result = view.result
+    if not result.group_table:
+        return "<p>No group: no node changed significantly.</p>"
+    colors = paint.group_colors(len(result.clusters.centers))
+    names = ("group", "part of the area", "mean change", "largest median change", "at")
+    head = "".join(f'<th scope="col">{name}</th>' for name in (*names, "changed most near"))
+    rows = ""
+    for group in sorted(result.group_table, key=lambda group: group.rank):
+        cells = (
+            percent(group.area_share),
+            percent(group.mean_change),
+            f"{100 * group.change:+.2g} %",
+            column_words(result, float(result.columns[group.column])),
+            place(result, group.place),
+        )
+        name = _patch(to_hex(colors[group.number]), str(group.number))
+        rows += f'<tr><th scope="row">{name}</th>'
+        rows += "".join(f"<td>{escape(cell)}</td>" for cell in cells) + "</tr>"
+    return f'<table class="groups"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
 
 
 def _kind_patches(result: Comparison) -> list[str]:

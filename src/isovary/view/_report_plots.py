@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from typing import Any
 
 import numpy as np
@@ -11,21 +10,20 @@ from matplotlib.colors import to_hex
 from plotly.subplots import make_subplots
 
 from ..comparison import Comparison
-from ..geometry import Floats, linear_triangles
+from ..geometry import EDGES, Floats, linear_triangles
 from ..signature import diffusion_radius
 from . import _paint as paint
 from ._camera import Camera
 from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at
+from ._marks import INK
 from ._tessellate import outside
-from ._words import unknown
 
 _FONT = {"family": 'system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif', "size": 13}
 _ZOOM = 1.45
-_UNKNOWN, _NEUTRAL, _LOWEST, _HIGHEST = 0, 1, 2, 254
 
 
 def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go.Figure:
-    """The base surface with a text at each node; its colours are set by the page."""
+    """The base surface, the marked point's ring and the perturbed mesh, hidden at first."""
     x, y, z = np.round(result.base.points, 6).astype(np.float32).T
     i, j, k = linear_triangles(result.base.triangles).astype(np.int32).T
     light = {"ambient": 0.75, "diffuse": 0.32, "specular": 0.05, "fresnel": 0.0, "roughness": 0.9}
@@ -37,16 +35,17 @@ def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go
         i=i,
         j=j,
         k=k,
-        text=_hover(result),
         hoverinfo="text",
         lighting=light,
         # plotly's normals point inwards: this lamp is at the viewer.
         lightposition=dict(zip("xyz", (-1e5 * camera.axes[2]).tolist(), strict=True)),
     )
-    if marked is not None:
-        x, y, z = _ring(result, marked).T
-        line = {"color": "black", "width": 6}
-        figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=line, hoverinfo="skip")
+    x, y, z = (np.full((1, 3), np.nan) if marked is None else _ring(result, marked)).T
+    line = {"color": "black", "width": 6}
+    figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=line, hoverinfo="skip")
+    x, y, z = wireframe(result).astype(np.float32).T
+    thin = {"color": INK, "width": 1}
+    figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=thin, hoverinfo="skip", visible=False)
     figure.update_layout(
         template="none",
         font=_FONT,
@@ -96,82 +95,47 @@ def _eye(camera: Camera) -> dict[str, Any]:
     }
 
 
-def _hover(result: Comparison) -> list[str]:
-    samples = paint.node_samples(result)
-    rows = zip(
-        samples.norm,
-        samples.noise,
-        samples.groups,
-        samples.displacement,
-        samples.known,
-        strict=True,
+def wireframe(result: Comparison) -> Floats:
+    """The perturbed mesh's edges, aligned with the base: polylines (k, 3), NaN between them."""
+    surface = result.perturbed
+    sides = np.concatenate([surface.corners[:, list(edge)] for edge in EDGES])
+    first = np.unique(np.sort(sides, axis=1), axis=0, return_index=True)[1]
+    nodes = sides[first]
+    if surface.order == 2:
+        middles = surface.triangles[:, 3:].T.ravel()[first]
+        nodes = np.column_stack([nodes[:, 0], middles, nodes[:, 1]])
+    lines = np.full((len(nodes), nodes.shape[1] + 1, 3), np.nan)
+    lines[:, :-1] = surface.points[nodes]
+    return lines.reshape(-1, 3)
+
+
+def heat_figure(result: Comparison) -> go.Figure:
+    """The median change of each group, at each column: at which scale it changed."""
+    groups = paint.node_samples(result).groups
+    shown = [g for g in range(len(result.clusters.centers)) if (groups == g).any()]
+    rows = [100 * np.nanmedian(result.change[groups == g], axis=0) for g in shown]
+    values = np.array(rows).reshape(len(shown), len(result.columns))
+    limit = float(np.abs(values).max(initial=0.0)) or 1.0
+    kind = result.methods.kind
+    radii = kind.per_time
+    figure = go.Figure()
+    figure.add_heatmap(
+        x=_short(diffusion_radius(result.columns) if radii else result.columns),
+        y=[f"group {g}" for g in shown],
+        z=_short(values),
+        zmin=-limit,
+        zmax=limit,
+        colorscale=[[k / 16, to_hex(paint.MOVE_MAP(k / 16))] for k in range(17)],
+        colorbar={"title": {"text": "change (%)"}, "thickness": 14},
+        hovertemplate="%{y}, %{x:.3g}: %{z:.3g} %<extra></extra>",
     )
-    texts = []
-    for node, (norm, noise, group, moved, known) in enumerate(rows):
-        if not known:
-            texts.append(f"node {node}<br>{unknown(result)}")
-            continue
-        shown = str(group) if group >= 0 else "none"
-        texts.append(
-            f"node {node}<br>mean change {100 * norm:.3g} %<br>noise floor {100 * noise:.2g} %"
-            f"<br>group {shown}<br>displacement {moved:.3g}"
-        )
-    return texts
-
-
-def mode_colors(result: Comparison) -> dict[str, list[str]]:
-    """A colour for each node in each of the page's modes."""
-    samples = paint.node_samples(result)
-    limit, moved = paint.norm_limit(result), paint.move_limit(result)
-    painted = {
-        "change": paint.paint_norm(samples, limit),
-        "groups": paint.paint_groups(samples),
-        "displacement": paint.paint_displacement(samples, moved),
-        "strain": paint.paint_strain(result),
-        "kinds": paint.paint_kinds(result),
-        "noise": paint.paint_noise(samples, noise_limit(result)),
-    }
-    return {mode: [to_hex(color) for color in colors] for mode, colors in painted.items()}
-
-
-def noise_limit(result: Comparison) -> float:
-    """Upper end of the noise mode's colour scale."""
-    noise = paint.node_samples(result).noise
-    return float(np.nanmax(noise)) if np.isfinite(noise).any() else 0.0
-
-
-def scale_limit(result: Comparison) -> float:
-    """Largest significant change at any time."""
-    clear = np.abs(result.change) > result.noise_floor
-    return float(np.abs(result.change[clear]).max()) if clear.any() else 0.0
-
-
-def scale_bytes(result: Comparison) -> dict[str, Any]:
-    """The change of each node at each time as a byte, and the colour of each byte.
-
-    0: no partner; 1: below twice the noise floor; 2 to 254: from -limit to limit.
-    """
-    limit = scale_limit(result) or 1.0
-    share = np.clip(np.nan_to_num(result.change) / limit, -1, 1)
-    middle, half = (_LOWEST + _HIGHEST) / 2, (_HIGHEST - _LOWEST) / 2
-    code = np.round(middle + half * share).astype(np.uint8)
-    code[~(np.abs(result.change) > result.noise_floor)] = _NEUTRAL
-    code[np.isnan(result.change)] = _UNKNOWN
-    colors = paint.mapped(paint.MOVE_MAP, (np.arange(256) - _LOWEST) / (2 * half))
-    colors[_UNKNOWN], colors[_NEUTRAL] = paint.NO_PARTNER, paint.NEUTRAL
-    return {
-        "words": [_column_words(result, float(column)) for column in result.columns],
-        "bytes": b64encode(np.ascontiguousarray(code.T).tobytes()).decode("ascii"),
-        "palette": [to_hex(color) for color in colors],
-    }
-
-
-def _column_words(result: Comparison, column: float) -> str:
-    """Where on its axis a column of the signature stands."""
-    if not result.methods.kind.per_time:
-        return f"{result.methods.kind.axis}: {column:.3g}"
-    radius = float(diffusion_radius(column))
-    return f"diffusion radius {radius:.3g} (time {column:.3g} length²)"
+    figure.update_xaxes(title_text="diffusion radius 2√t (length)" if radii else kind.axis)
+    if kind.logarithmic:
+        ticks = diffusion_radius(result.columns) if radii else result.columns
+        figure.update_xaxes(type="log", tickvals=_ticks(ticks))
+    figure.update_yaxes(autorange="reversed")
+    margin = {"l": 80, "r": 20, "t": 20, "b": 55}
+    return figure.update_layout(template="none", font=_FONT, margin=margin)
 
 
 def curves_figure(result: Comparison, marked: int | None) -> go.Figure:

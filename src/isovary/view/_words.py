@@ -9,6 +9,7 @@ import numpy as np
 
 from ..comparison import Comparison
 from ..geometry import Floats, Ints
+from ..signature import diffusion_radius
 from ._paint import norm_limit
 
 UNITS = "Lengths in the field's own unit."
@@ -78,6 +79,49 @@ def verdict(result: Comparison, half_share: float) -> str:
         f"{what} changed by up to {percent(norm_limit(result))}; half of the change lies "
         f"on {percent(half_share)} of the surface"
     )
+
+
+def answer(result: Comparison, significant_share: float) -> str:
+    """How much of the surface, where most, at which scale, and how far above the noise.
+
+    Parameters
+    ----------
+    result : Comparison
+    significant_share : float
+        Part of the area where the change is significant.
+    """
+    marked = peak(result)
+    if marked is None or not result.significant.any():
+        return ""
+    near = place(result, result.base.points[marked])
+    column = float(result.columns[int(np.nanargmax(np.abs(result.change[marked])))])
+    kind = result.methods.kind
+    at = f"at {kind.axis} {column:.3g}"
+    if kind.per_time:
+        at = f"at the scale of {diffusion_radius(column):.2g} (diffusion radius)"
+    return (
+        f"{percent(significant_share)} of the surface changed significantly, most {at} near "
+        f"{near}; signal over noise {_two_digits(1 / result.relative_noise)}."
+    )
+
+
+def place(result: Comparison, point: Floats) -> str:
+    """A point in words, to about a thousandth of the surface's extent."""
+    extent = float(np.ptp(result.base.points, axis=0).max())
+    digits = max(0, 2 - int(np.floor(np.log10(extent))))
+    return "(" + ", ".join(f"{round(float(x), digits) + 0.0:g}" for x in point) + ")"
+
+
+def _two_digits(value: float) -> str:
+    """A positive number to two digits, without an exponent up to a million.
+
+    Examples
+    --------
+    >>> _two_digits(583.2), _two_digits(3.14159), _two_digits(7.2e9)
+    ('580', '3.1', '7.2e+09')
+    """
+    rounded = float(f"{value:.2g}")
+    return f"{rounded:g}" if rounded < 1e6 else f"{rounded:.2g}"
 
 
 def unknown(result: Comparison) -> str:

@@ -1,0 +1,160 @@
+"""The report in a real browser: turned, clicked, read. Its picture is left in build/."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import isovary as iv
+from isovary.data import water_pair
+from isovary.view import write_report
+
+BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
+SWITCHES = [
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--use-gl=swiftshader",
+    "--enable-unsafe-swiftshader",
+]
+PICTURE = Path(__file__).parents[1] / "build" / "report.png"
+
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="needs Chromium (apt install chromium)")
+
+
+@pytest.fixture(scope="module")
+def result():
+    base, perturbed = (iv.read_field(path) for path in water_pair())
+    return iv.compare(base, perturbed, 0.05, vertices=250, pairs=60, times=40)
+
+
+@pytest.fixture(scope="module")
+def page(result, tmp_path_factory):
+    """The opened report, what it wrote to the console, and what it asked the network for."""
+    sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ISOVARY_NO_OPENGL", "1")
+        write_report(result, path)
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=BROWSER, args=SWITCHES)
+        page = browser.new_page(viewport={"width": 1200, "height": 900})
+        page.complaints, page.requests = [], []
+        page.on("console", lambda said: page.complaints.append((said.type, said.text)))
+        page.on("pageerror", lambda error: page.complaints.append(("error", str(error))))
+        page.on("request", lambda request: page.requests.append(request.url))
+        page.goto(path.as_uri())
+        page.wait_for_selector("#surface canvas")
+        page.wait_for_selector("#curves .main-svg")
+        yield page
+        browser.close()
+
+
+def marked(page):
+    """Names and values of the last three curves."""
+    traces = page.evaluate(
+        "document.getElementById('curves').data.slice(-3).map(t => [t.name, Array.from(t.x), "
+        "Array.from(t.y)])"
+    )
+    return [name for name, _, _ in traces], [np.array(part) for part in traces[2][1:]]
+
+
+def shot(page):
+    return page.locator("#surface").screenshot()
+
+
+def test_a_clicked_point_shows_its_curves(page, result):
+    """Oracle: algebra. The curve's values are the comparison's at the node that was clicked."""
+    box = page.locator("#surface").bounding_box()
+    middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    page.mouse.move(*middle)
+    page.wait_for_selector("#surface .hovertext")
+    page.mouse.down()
+    page.wait_for_timeout(300)  # a finger is slower than a drawn frame
+    page.mouse.up()
+    page.wait_for_selector("#where:has-text('At node')")
+    names, (columns, change) = marked(page)
+    node = int(page.input_value("#node"))
+    assert names[2] == f"node {node}: base − perturbed"
+    expected = 100 * result.change[node]
+    step = np.ptp(100 * result.change) / 65_534
+    at = np.searchsorted(result.times, columns * (1 - 1e-4))
+    np.testing.assert_allclose(columns, result.times[at], rtol=1e-5)
+    np.testing.assert_allclose(change, expected[at], atol=step)
+    assert f"group {result.clusters.labels[node]}" in page.inner_text("#chosen")
+
+
+def test_a_node_is_found_by_its_number(page, result):
+    """Oracle: algebra. Typed: the text tells its change, to three digits."""
+    page.fill("#node", "7")
+    page.press("#node", "Enter")
+    page.wait_for_selector("#where:text-is('At node 7')")
+    said = page.inner_text("#chosen")
+    assert f"mean change {100 * result.change_norm[7]:.3g} %" in said
+    page.fill("#node", "100000")  # none such: nothing happens
+    page.press("#node", "Enter")
+    assert page.inner_text("#where") == "At node 7"
+
+
+def test_it_turns_and_shows_the_other_side(page):
+    """Oracle: symmetry. The opposite side's eye is the negative; dragging moves it."""
+    eye = "document.getElementById('surface')._fullLayout.scene._scene.getCamera().eye"
+    page.click("#front")
+    first = page.evaluate(eye)
+    page.click("#back")
+    page.wait_for_timeout(300)
+    assert page.evaluate(eye) == pytest.approx({k: -v for k, v in first.items()}, rel=1e-6)
+    box = page.locator("#surface").bounding_box()
+    page.mouse.move(box["x"] + 300, box["y"] + 200)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 420, box["y"] + 260, steps=5)
+    page.mouse.up()
+    turned = page.evaluate(eye)
+    assert np.hypot.reduce([turned[k] + first[k] for k in "xyz"]) > 0.1
+    page.click("#front")
+
+
+def test_modes_groups_and_wireframe_change_the_picture(page, result):
+    """Oracle: data. Each mode paints otherwise; a group switched off turns grey; edges appear."""
+    pictures = {}
+    for mode in page.locator(".modes button").all():
+        mode.click()
+        page.wait_for_timeout(200)
+        pictures[mode.inner_text()] = shot(page)
+    assert len(set(pictures.values())) == len(pictures)
+    page.click("[data-mode=groups] >> nth=0")
+    before = shot(page)
+    page.click(".group[data-group='0']")
+    page.wait_for_timeout(200)
+    colors = page.evaluate("Array.from(document.getElementById('surface').data[0].vertexcolor)")
+    grey = page.evaluate(
+        "JSON.parse(document.getElementById('data').textContent).scales.palette[1]"
+    )
+    off = np.array([color == grey for color in colors])
+    np.testing.assert_array_equal(off, result.clusters.labels <= 0)
+    assert shot(page) != before
+    page.click(".group[data-group='0']")
+    page.check("#wireframe")
+    page.wait_for_timeout(200)
+    assert shot(page) != before
+
+
+def test_it_says_the_answer_and_asks_for_nothing(page, result):
+    """Oracle: data. No request but the file, no complaint; the answer names the place."""
+    text = page.inner_text("#answer")
+    most = result.base.points[np.nanargmax(result.change_norm)]
+    near = [float(x) for x in text.split("near (")[1].split(")")[0].split(", ")]
+    np.testing.assert_allclose(near, most, atol=0.01)
+    assert "signal over noise" in text
+    assert page.locator("table.groups tbody tr").count() == len(result.group_table)
+    PICTURE.parent.mkdir(exist_ok=True)
+    page.screenshot(path=PICTURE, full_page=True)
+    assert [url for url in page.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert [said for kind, said in page.complaints if kind == "error"] == []
