@@ -37,6 +37,7 @@ from .comparison import Comparison
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
 from .io._atomic import check_output
+from .io._export import export_csv
 from .io._meshes import save_mesh
 from .io._results import save
 from .levels import Walk
@@ -333,6 +334,30 @@ def info(file: Path, /, *, array: str | None = None, isovalue: float | None = No
         rows["half-grid error"] = ", ".join(f"{k} {v:.2g}" for k, v in errors.items()) + " (length)"
     for name, text in rows.items():
         _out.print(f"{name:<16} {text}", markup=False, soft_wrap=True)
+
+
+@app.command(name="export")
+def export_result(
+    result: Path,
+    /,
+    *,
+    csv: Path | None = None,
+    full: bool = False,
+) -> None:
+    """Write a table of all nodes of a result, one row each.
+
+    Parameters
+    ----------
+    result
+        Folder that compare wrote.
+    csv
+        File for the table. Default: nodes.csv here.
+    full
+        Also the signatures and the change at every time.
+    """
+    path = csv or Path("nodes.csv")
+    count = export_csv(result, path, full=full)
+    _out.print(f"{path}: {count} nodes", markup=False, soft_wrap=True)
 
 
 @app.command(name="mesh")

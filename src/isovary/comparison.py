@@ -18,7 +18,7 @@ from .difference import change_norm
 from .errors import ArgumentError, CorrespondenceError
 from .extrinsic import Kind, extrinsic_summary, kinds_of_change
 from .geometry import Bools, Floats, Ints, Topology, node_areas, topology
-from .groups import GroupFacts, group_table
+from .groups import Clustering, GroupFacts, group_table, groups_above_noise
 from .isometry import Distortion, distortion
 from .laplacian import fem
 from .levels import (
@@ -34,7 +34,7 @@ from .levels import (
 )
 from .matching import ComponentMatch
 from .meshing import Mesher, marching_cubes
-from .methods import Methods, Operator, Signature
+from .methods import Methods, Operator, Signature, method_name
 from .noise import SIGNIFICANCE
 from .notes import noted_warnings, reader_notes
 from .quality import MeshQuality, mesh_quality
@@ -276,6 +276,8 @@ def compare(
     pairs: int = 300,
     times: int = 100,
     groups: int = 3,
+    clustering: Clustering = k_medians,
+    area_weighted: bool = False,
     mesher: Mesher = marching_cubes,
     laplacian: Operator = fem,
     signature: Signature = heat_kernel_signature,
@@ -315,6 +317,11 @@ def compare(
         Diffusion times, logarithmic; the number of samples of any other signature.
     groups : int
         Groups of significant nodes; fewer where they do not differ by more than noise.
+    clustering : callable
+        A method of :mod:`isovary.clustering`, with options through functools.partial:
+        ``partial(k_medians, metric="l2")``.
+    area_weighted : bool
+        Each node counts as much in the groups as the area around it; if not, all alike.
     mesher : callable
         A mesher of :mod:`isovary.meshing`, with a sizing through functools.partial:
         ``partial(distmesh, sizing=curvature_sizing)``.
@@ -408,11 +415,16 @@ def compare(
             only_matching,
         )
         solved = _solved(task, times, walk, vertices, accuracy, noise_meshes)
-    result = _measured(task, solved, groups, rng, walk)
+    group = partial(clustering, rng=rng)
+    result = _measured(task, solved, groups, group, area_weighted, walk)
     asked = {
         "vertices": "by accuracy" if vertices is None else vertices,
         "accuracy": accuracy or WANTED_NOISE,
         "times": times,
+        "clustering": method_name(clustering),
+        "area_weighted": area_weighted,
+        "groups": groups,
+        "seed": rng,
     }
     others = (text for text in warned if not text.endswith("[M14]"))  # reader_notes tells it
     notes = (*reader_notes(result, accuracy or WANTED_NOISE), *others)
@@ -445,7 +457,14 @@ def _solved(
         raise
 
 
-def _measured(task: Task, solved: Refinement, groups: int, rng: int, walk: Walk) -> Comparison:
+def _measured(
+    task: Task,
+    solved: Refinement,
+    count: int,
+    clustering: Clustering,
+    area_weighted: bool,
+    walk: Walk,
+) -> Comparison:
     """All that follows from the eigenpairs, but for the notes."""
     level, samples, isovalue = solved.level, solved.samples, task.isovalue
     with walk.stage("signatures and noise floor"):
@@ -459,7 +478,8 @@ def _measured(task: Task, solved: Refinement, groups: int, rng: int, walk: Walk)
         floor[np.isnan(change)] = np.nan
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
-        clusters = _groups(change, floor, significant, groups, rng)
+        weights = node_areas(level.base.points, level.base.triangles) if area_weighted else None
+        clusters = groups_above_noise(change, floor, significant, count, clustering, weights)
     with walk.stage("mesh quality"):
         sizing = task.methods.sizing
         base_quality = mesh_quality(level.base, task.base, isovalue, sizing=sizing)
@@ -498,26 +518,6 @@ def _measured(task: Task, solved: Refinement, groups: int, rng: int, walk: Walk)
             **task.choices,
             **solved.facts,
             **noises,
-            "clustering": "k_medians",
-            "groups": groups,
-            "seed": rng,
         },
         timings={},
     )
-
-
-def _groups(change: Floats, floor: Floats, significant: Bools, groups: int, rng: int) -> Clusters:
-    """Groups of the significant rows, as many as differ by more than the noise."""
-    if not significant.any():
-        labels = np.full(len(change), -1, dtype=np.int64)
-        return Clusters(labels, np.empty((0, change.shape[1])))
-    rows = np.where(significant[:, None], change, np.nan)
-    noise = float(change_norm(floor[significant]).mean())
-    count = min(groups, len(np.unique(change[significant], axis=0)))
-    while True:
-        clusters = k_medians(rows, count, rng=rng)
-        centers = clusters.centers
-        apart = np.abs(centers[:, None] - centers[None]).mean(axis=2) + np.diag([np.inf] * count)
-        if count == 1 or apart.min() > 2 * noise:
-            return clusters
-        count -= 1

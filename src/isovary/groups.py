@@ -1,14 +1,61 @@
-"""What a group of nodes that changed alike is: how large, where, how much and at which scale."""
+"""Groups of nodes that changed alike: which there are, how large, where and at which scale."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .difference import change_norm
-from .geometry import Floats, node_areas
+from .geometry import Bools, Floats, node_areas
 from .records import Clusters, Surface
+
+Clustering = Callable[..., Clusters]
+"""A method of the clustering room: rows (n, T), a count, weights or none -> groups."""
+
+
+def groups_above_noise(
+    change: Floats,
+    floor: Floats,
+    significant: Bools,
+    count: int,
+    clustering: Clustering,
+    weights: Floats | None = None,
+) -> Clusters:
+    """Groups of the significant rows, as many as differ by more than the noise.
+
+    Parameters
+    ----------
+    change, floor : array (n, T)
+        The change and its noise floor.
+    significant : array (n,)
+    count : int
+        Groups at most.
+    clustering : callable
+    weights : array (n,), optional
+        Areas of the nodes. Default: all alike.
+
+    Returns
+    -------
+    Clusters
+        Labels (n,), -1 where the change is not significant.
+    """
+    if not significant.any():
+        labels = np.full(len(change), -1, dtype=np.int64)
+        return Clusters(labels, np.empty((0, change.shape[1])))
+    rows = np.where(significant[:, None], change, np.nan)
+    noise = float(change_norm(floor[significant]).mean())
+    asked = min(count, len(np.unique(change[significant], axis=0)))
+    options = {} if weights is None else {"weights": weights}
+    while True:
+        clusters = clustering(rows, asked, **options)
+        centers = clusters.centers
+        apart = np.abs(centers[:, None] - centers[None]).mean(axis=2)
+        np.fill_diagonal(apart, np.inf)
+        if asked == 1 or apart.min() > 2 * noise:
+            return clusters
+        asked -= 1
 
 
 @dataclass(frozen=True, eq=False)
