@@ -10,8 +10,10 @@ from scipy.special import ellipe
 
 import isovary as iv
 from isovary.carrying import _isometrically, carry_isometrically
+from isovary.carrying._along_normals import faces_held
+from isovary.carrying._isometrically import field_ground
 from isovary.geometry import rim_nodes
-from isovary.sliding import facing
+from isovary.sliding import _aim, facing
 
 AXES = np.array([1.0, 1.3, 1.7])
 
@@ -196,14 +198,6 @@ def test_a_rim_slides_in_its_face(radius, shift):
 
 def test_a_corner_of_a_rim_stays_on_its_edge():
     """Oracle: analytic. A cylinder's quarter cut by three faces: corners on edges do not slide."""
-
-    def quarter(radius):
-        return iv.ScalarField.from_function(
-            lambda p: radius - np.hypot(p[..., 0], p[..., 1]),
-            ((0.3, 0.2, 0), (2, 2, 1)),
-            (35, 37, 21),
-        )
-
     base = iv.marching_cubes(quarter(1.0), 0.0, vertices=200)
     carried, _ = carry_isometrically(base, [quarter(1.1)], 0.0)
     for axis, face in ((0, 0.3), (1, 0.2), (2, 0.0), (2, 1.0)):
@@ -244,6 +238,84 @@ def test_the_strain_is_least():
         for way in np.sin(smooth).T.reshape(4, 3, -1):
             moved = iv.project(carried.points + size * way.T, field, 0.0)
             assert iv.distortion(base, moved).strain > least
+
+
+def quarter(radius):
+    """A cylinder's quarter: its rim has corners on edges of the box."""
+    return iv.ScalarField.from_function(
+        lambda p: radius - np.hypot(p[..., 0], p[..., 1]),
+        ((0.3, 0.2, 0), (2, 2, 1)),
+        (35, 37, 21),
+    )
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_gradient_is_the_aims(order):
+    """Oracle: algebra. Central differences along random moves, with rims and corners held; the
+    matrix is symmetric and nowhere negative, and a step by it goes down.
+    """
+    base, field = iv.marching_cubes(quarter(1.0), 0.0, vertices=200, order=order), quarter(1.1)
+    start = iv.carry(base, field, 0.0)[0].points
+    ground = field_ground(field, 0.0, faces_held(base.points, quarter(1.0)))
+    aim = _aim(base, ground(start).points)
+    rng = np.random.default_rng(6)
+    away = 0.003 * rng.standard_normal(base.points.shape)
+    here = ground(start + np.einsum("ndc,nec,ne->nd", *2 * [ground(start).frames], away))
+    gradient, matrix = aim.equations(here)
+    for _ in range(3):
+        way = np.einsum("ndc,nc->nd", here.frames, rng.standard_normal((len(start), 2)))
+        ends = [aim.energy(ground(here.points + size * way).points) for size in (1e-6, -1e-6)]
+        assert np.vdot(gradient, way) == pytest.approx((ends[0] - ends[1]) / 2e-6, rel=1e-5)
+    dense = matrix.toarray()
+    np.testing.assert_allclose(dense, dense.T, atol=1e-14 * abs(dense).max())
+    assert np.linalg.eigvalsh(dense)[0] > -1e-13 * abs(dense).max()
+    still = (here.frames == 0).all(axis=(1, 2))
+    assert still.sum() == 4  # the corners
+    np.testing.assert_array_equal(gradient[still], 0)
+
+
+def test_tiny_changes_are_followed_to_their_end():
+    """Oracle: algebra. The least strain's map is smooth in the change: a hundredth of a change
+    slides points a hundredth as far, though the first, damped steps are short.
+    """
+
+    def softly(depth):
+        def value(p):
+            local = p / [1.0, 1.05, 1.1]
+            r = np.linalg.norm(local, axis=-1)
+            cosine = local @ [0.48, 0.6, 0.64] / np.maximum(r, 1e-9)
+            return 1 - depth * np.exp(-2 * (1 - cosine) / 0.6**2) - r
+
+        return iv.ScalarField.from_function(value, ((-1.5,) * 3, (1.5,) * 3), (33, 33, 33))
+
+    base = iv.marching_cubes(softly(0.05), 0.0, vertices=300)
+    depths = 0.05 + np.array([1e-3, 1e-5])
+    large, small = (carry_isometrically(base, [softly(d)], 0.0)[0] for d in depths)
+    ways = [s.points - base.points for s in (large, small)]
+    assert np.abs(100 * ways[1] - ways[0]).max() < 0.05 * np.abs(ways[0]).max()
+
+
+def joined(centers):
+    return iv.ScalarField.from_function(
+        lambda p: sum(np.exp(-((p - c) ** 2).sum(axis=-1) / 0.6) for c in centers),
+        ((-2.2,) * 3, (3.2,) * 3),
+        (37,) * 3,
+    )
+
+
+def test_where_it_starts_does_not_matter():
+    """Oracle: symmetry. A rigid motion of the perturbed field changes no strain: of four atoms
+    that moved far the same map is found from either place.
+    """
+    centers = np.array([(0.0, 0, 0), (1, 0, 0), (0, 1.1, 0), (0, 0.1, 1.2)])
+    moved = centers + 0.15 * np.random.default_rng(1).standard_normal((4, 3))
+    base = iv.marching_cubes(joined(centers), 0.4, vertices=300)
+    turned = iv.MovedField(joined(moved), iv.RigidMotion(turn_about((1, 2, 3), 0.1), [0.1, 0, 0]))
+    here = carry_isometrically(base, [joined(moved)], 0.4)[0].points
+    there = carry_isometrically(base, [turned], 0.4)[0].points
+    there = turned.motion.inverse.apply(there)
+    edge = np.linalg.norm(np.diff(base.points[base.corners[:, :2]], axis=1), axis=2).mean()
+    assert np.linalg.norm(here - there, axis=1).max() < 3e-3 * edge
 
 
 def test_what_could_turn_freely_stays():

@@ -101,6 +101,7 @@ def test_a_node_is_found_by_its_number(page, result):
     page.fill("#node", "100000")  # none such: nothing happens
     page.press("#node", "Enter")
     assert page.inner_text("#where") == "At node 7"
+    assert page.input_value("#node") == "7"
 
 
 def test_it_turns_and_shows_the_other_side(page):

@@ -40,8 +40,8 @@ CARRYING = (
     Fault(
         "slide: nothing is learned from the steps before",
         "sliding.py",
-        "memory = memory.after(step, gradient - before)",
-        "memory = Memory()",
+        "memory, damping = memory.after(step, gradient - before),",
+        "memory, damping = Memory(),",
         (ISOMETRY,),
     ),
     Fault(
@@ -140,6 +140,41 @@ CARRYING = (
         "carrying/_isometrically.py",
         "part, step, count = part + step, 2 * step, count + 1",
         "part, step, count = part + step, step, count + 1",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: a damped short step is the last",
+        "sliding.py",
+        "_LITTLE if exact else np.inf",
+        "np.inf",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: one round",
+        "sliding.py",
+        "for _ in range(_ROUNDS if exact else 1):",
+        "for _ in range(1):",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: rounds go on where the mesh alone moves the points",
+        "sliding.py",
+        "_SHRINKS = 0.5",
+        "_SHRINKS = 1e9",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: the anchor does not pull",
+        "sliding.py",
+        "slope = more * slope.reshape(-1, 2) + pull * away",
+        "slope = more * slope.reshape(-1, 2)",
+        (ISOMETRY,),
+    ),
+    Fault(
+        "slide: the anchor's factor is left out of the slope",
+        "sliding.py",
+        "slope = more * slope.reshape(-1, 2) + pull * away",
+        "slope = slope.reshape(-1, 2) + pull * away",
         (ISOMETRY,),
     ),
 )

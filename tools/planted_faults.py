@@ -17,6 +17,7 @@ from pathlib import Path
 
 from fault import Fault
 from faults_of_carrying import CARRYING
+from faults_of_groups import GROUPS
 
 ROOT = Path(__file__).parents[1]
 OPERATORS = "tests/contracts/test_laplacian.py"
@@ -525,6 +526,7 @@ FAULTS = (
         ("tests/test_mesh_quality.py",),
     ),
     *CARRYING,
+    *GROUPS,
 )
 
 

@@ -8,7 +8,31 @@ from importlib.metadata import version as _version
 
 from .alignment import Alignment, align
 from .carrying import carry, carry_isometrically
-from .clustering import k_medians
+from .clustering import (
+    Annealing,
+    CountChoice,
+    Dendrogram,
+    adjusted_rand_index,
+    agglomerative,
+    annealing,
+    choose_count,
+    dendrogram,
+    deterministic_annealing,
+    fuzzy_c_means,
+    k_medians,
+    k_medoids,
+    norm_bins,
+    silhouette,
+)
+from .color import (
+    color_blind,
+    embedding_colors,
+    group_colors,
+    nested_colors,
+    nested_order,
+    oklab_to_srgb,
+    srgb_to_oklab,
+)
 from .comparison import Comparison, compare
 from .correspondence import (
     CorrespondenceAudit,
@@ -20,6 +44,7 @@ from .correspondence import (
     normal_rays,
 )
 from .difference import change_norm, heat_trace_scale, mean_size, signature_difference
+from .embedding import classical_mds, universal_mds
 from .errors import (
     ArgumentError,
     ClusterError,
@@ -41,6 +66,7 @@ from .extrinsic import (
 )
 from .families import blended, sweep_family
 from .geometry import Topology, rim_nodes, topology
+from .groups import GroupFacts, group_table
 from .io import read_field, read_surface
 from .isometry import Distortion, distortion
 from .laplacian import (
@@ -104,6 +130,7 @@ __version__ = _version("isovary")
 
 __all__ = [
     "Alignment",
+    "Annealing",
     "ArgumentError",
     "BlendedField",
     "ClusterError",
@@ -114,10 +141,13 @@ __all__ = [
     "Correspondence",
     "CorrespondenceAudit",
     "CorrespondenceError",
+    "CountChoice",
+    "Dendrogram",
     "Distortion",
     "Eigenpairs",
     "FieldError",
     "FileError",
+    "GroupFacts",
     "HausdorffDistance",
     "IsovaryError",
     "Kind",
@@ -133,20 +163,28 @@ __all__ = [
     "Surface",
     "Topology",
     "TopologyChange",
+    "adjusted_rand_index",
+    "agglomerative",
     "align",
+    "annealing",
     "audit",
     "better_interpolation",
     "blended",
     "carry",
     "carry_isometrically",
     "change_norm",
+    "choose_count",
+    "classical_mds",
     "closest_point",
+    "color_blind",
     "compare",
     "component_table",
     "contour",
     "cotangent",
     "curvature_sizing",
     "cylinder",
+    "dendrogram",
+    "deterministic_annealing",
     "differential_coordinates",
     "diffusion_radius",
     "diffusion_times",
@@ -156,12 +194,16 @@ __all__ = [
     "drop_cut_multiplet",
     "eigenpairs",
     "ellipsoid",
+    "embedding_colors",
     "enclosed_volume",
     "epsilon_graph",
     "extrinsic_summary",
     "fem",
     "fix_nodes",
+    "fuzzy_c_means",
     "global_point_signature",
+    "group_colors",
+    "group_table",
     "hausdorff_distance",
     "heat_kernel",
     "heat_kernel_signature",
@@ -174,6 +216,7 @@ __all__ = [
     "interpolation_errors",
     "isometric_match",
     "k_medians",
+    "k_medoids",
     "kinds_of_change",
     "knn_graph",
     "marching_cubes",
@@ -182,9 +225,13 @@ __all__ = [
     "mesh_laplacian",
     "mesh_quality",
     "near_rim",
+    "nested_colors",
+    "nested_order",
     "noise_floor",
     "nonuniform_sizing",
+    "norm_bins",
     "normal_rays",
+    "oklab_to_srgb",
     "part_of",
     "particles",
     "point_cloud",
@@ -201,6 +248,8 @@ __all__ = [
     "sheet",
     "signature_difference",
     "signature_kind",
+    "silhouette",
+    "srgb_to_oklab",
     "sweep_family",
     "topology",
     "topology_change",
@@ -208,6 +257,7 @@ __all__ = [
     "truncation_floor",
     "uniform_graph",
     "uniform_sizing",
+    "universal_mds",
     "wave_energies",
     "wave_kernel_signature",
 ]

@@ -31,11 +31,13 @@ from . import (
     read_field,
     topology,
 )
+from . import clustering as clusterings
 from . import laplacian as operators
 from . import signature as signatures
 from .comparison import Comparison
 from .data import water_pair
 from .errors import ArgumentError, IsovaryError
+from .groups import Clustering
 from .io._atomic import check_output
 from .io._export import export_csv
 from .io._meshes import save_mesh
@@ -79,6 +81,14 @@ _LAPLACIANS: dict[str, Callable[..., Laplacian]] = {
     "epsilon-graph": operators.epsilon_graph,
 }
 _WITH_BOUNDARY = ("fem", "fem-lumped", "cotangent")
+_CLUSTERINGS: dict[str, Clustering] = {
+    "k-medians": clusterings.k_medians,
+    "k-medoids": clusterings.k_medoids,
+    "fuzzy-c-means": clusterings.fuzzy_c_means,
+    "agglomerative": clusterings.agglomerative,
+    "deterministic-annealing": clusterings.deterministic_annealing,
+    "norm-bins": clusterings.norm_bins,
+}
 _SIGNATURES: dict[str, Signature] = {
     "heat-kernel": signatures.heat_kernel_signature,
     "scale-invariant-heat-kernel": signatures.scale_invariant_heat_kernel_signature,
@@ -159,6 +169,15 @@ def compare_files(
     eigenpairs: int = 300,
     times: int = 100,
     groups: int = 3,
+    cluster: Literal[
+        "k-medians",
+        "k-medoids",
+        "fuzzy-c-means",
+        "agglomerative",
+        "deterministic-annealing",
+        "norm-bins",
+    ] = "k-medians",
+    area_weighted: bool = False,
     mesher: Literal["marching-cubes", "distmesh", "particles"] = "marching-cubes",
     sizing: Literal["uniform", "curvature", "nonuniform"] = "uniform",
     laplacian: Literal[
@@ -220,6 +239,11 @@ def compare_files(
         Number of diffusion times, or of what else the signature is sampled at.
     groups
         Number of groups of changed nodes.
+    cluster
+        How they are grouped: around medians, around true rows, softly, by merging, by cooling
+        (which finds its own number, at most --groups), or by how much alone.
+    area_weighted
+        Each node counts as much as the area around it; if not, all alike.
     mesher
         How the base is meshed: marching cubes remeshed, a truss, or repelling particles.
     sizing
@@ -278,6 +302,8 @@ def compare_files(
         "pairs": eigenpairs,
         "times": times,
         "groups": groups,
+        "clustering": _CLUSTERINGS[cluster],
+        "area_weighted": area_weighted,
         "correspondence": _MATCHES[correspondence],
         "align": align,
         "isometric": isometric,

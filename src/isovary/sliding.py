@@ -27,9 +27,12 @@ if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 _STEPS = 100
+_ROUNDS = 20
+_ROUND = 10.0  # last steps: a round that moves no point farther is the last
+_SHRINKS = 0.5  # of the way of the round before: more, and it is the mesh that moves the points
 _ANCHOR = 10.0  # what the strain is multiplied by, and 1, where all move by the surface's width
-_DAMPING = 1e-9  # of the diagonal, at least
-_MOST_DAMPING = 1e6
+_FIRST_DAMPING, _DAMPING, _MOST_DAMPING = 1e-3, 1e-9, 1e6  # of the diagonal
+_LITTLE = 3e-6  # damping that shortens no step
 _ISOMETRIC = 1e-11  # strain that is rounding
 _GAIN = 1e-12  # a step that lowers what is to be small by less, relative to it, is the last
 
@@ -54,7 +57,9 @@ Ground = Callable[[Floats], Landing]
 """The way from points near a surface onto it."""
 
 
-def slide(base: Surface, start: Floats, ground: Ground, *, settled: float = SETTLED) -> Floats:
+def slide(
+    base: Surface, start: Floats, ground: Ground, *, settled: float = SETTLED, exact: bool = True
+) -> Floats:
     """Points slid on another surface until the map from the base is as isometric as can be.
 
     Minimizes the integral over the base of the strain's square, half there and half back,
@@ -64,13 +69,15 @@ def slide(base: Surface, start: Floats, ground: Ground, *, settled: float = SETT
     E alone would let it, and wrinkle what shrinks below 0.7). Where points can slide almost
     freely (a sphere may turn) little would decide between maps but the mesh. So the integral is
     multiplied by 1 + 10 d^2, with d the root mean square of the ways the points have gone, over
-    the root of the area: of maps that strain alike the nearest to the start is found, and what
-    strains nothing is found however far away it is.
+    the root of the area, and this is done again from where it ends, in rounds (the proximal
+    point method): what strain decides shrinks from round to round by a factor of 5 or more, and
+    is taken to its end; where a round goes more than half as far as the one before it is the
+    mesh that moves the points, and they stay.
 
-    Steps in the tangent planes of the other surface, each followed by the way back onto it, are
-    those of limited-memory BFGS around the damped Gauss-Newton matrix; one that does not lower
-    what is to be small, or turns a triangle over, is taken back, what was learned forgotten, and
-    then the damping raised.
+    A round's steps are those of limited-memory BFGS around the damped Gauss-Newton matrix in the
+    tangent planes of the other surface, each followed by the way back onto it; one that does not
+    lower what is to be small, or turns a triangle over, is taken back, what was learned forgotten,
+    and then the damping raised.
 
     Parameters
     ----------
@@ -82,6 +89,9 @@ def slide(base: Surface, start: Floats, ground: Ground, *, settled: float = SETT
         The other surface.
     settled : float
         The last step is shorter than this part of an edge.
+    exact : bool
+        False where the other surface is a mesh, whose errors would decide what strain does not:
+        one round, and the first short step is its last, though it was damped.
 
     Returns
     -------
@@ -95,19 +105,21 @@ def slide(base: Surface, start: Floats, ground: Ground, *, settled: float = SETT
     Warns
     -----
     UserWarning
-        C07 if the map has not settled after 100 steps.
+        C07 if a round has not settled after 100 steps.
 
     Notes
     -----
-    Cost: 5 steps where the surfaces are nearly isometric, 6 to 10 where lengths change by a few
-    percent, at most 100, each with a sparse factorization of 2 n unknowns: 0.15 s for 4 000 nodes.
+    Cost: 5 steps where the surfaces are nearly isometric, 10 to 20 where lengths change by a few
+    percent, 50 and more where points slide far, each with a sparse factorization of 2 n unknowns:
+    0.15 s for 4 000 nodes.
 
     References
     ----------
     O. Sorkine and M. Alexa, *As-rigid-as-possible surface modeling*, SGP 2007, minimize the
     same to leading order by turns (local) and a fixed stiffness (global), in many more steps;
-    J. Nocedal and S. Wright, *Numerical Optimization*, 2006, algorithm 7.4 (limited-memory BFGS)
-    and section 10.3 (damping).
+    R. T. Rockafellar, *Monotone operators and the proximal point algorithm*, SIAM J. Control Optim.
+    14 (1976) 877-898. J. Nocedal and S. Wright, *Numerical Optimization*, 2006, algorithm 7.4
+    (limited-memory BFGS) and section 10.3 (damping).
     """
     if distortion(base, start).strain < _ISOMETRIC:
         return start
@@ -115,33 +127,61 @@ def slide(base: Surface, start: Floats, ground: Ground, *, settled: float = SETT
     check_facing(here.points, base.triangles, here.normals)
     aim = _aim(base, here.points)
     least = settled * edge_length(here.points, base.triangles)
-    energy, damping, memory = aim.energy(here.points), 1e-3, Memory()
+    last, damping, little = np.inf, _FIRST_DAMPING, _LITTLE if exact else np.inf
+    for _ in range(_ROUNDS if exact else 1):
+        there, found = _descend(
+            aim._replace(start=here.points), here, ground, least, damping, little
+        )
+        moved = float(np.linalg.norm(there.points - here.points, axis=1).max())
+        if moved > _SHRINKS * last:
+            break
+        here, last, damping = there, moved, _LITTLE
+        if not found or moved < _ROUND * least:
+            break
+    if not found:
+        warnings.warn(
+            "the map of least strain has not settled: where the surface can slide almost freely "
+            "the places of points are uncertain [C07]",
+            stacklevel=2,
+        )
+    return here.points
+
+
+def _descend(
+    aim: _Aim, here: Landing, ground: Ground, least: float, damping: float, little: float
+) -> tuple[Landing, bool]:
+    """Steps down to the aim's minimum near here, and whether it was found.
+
+    A step counts as the last one only if it was damped ``little``: others are short anyway.
+    """
+    energy, memory = aim.energy(here.points), Memory()
     gradient, matrix = aim.equations(here)
     for _ in range(_STEPS):
         if energy < _ISOMETRIC**2:
-            return here.points
-        while damping < _MOST_DAMPING:
-            way = memory.direction(gradient, _divider(matrix, here.frames, damping))
-            there = ground(here.points + way)
-            lower = aim.energy(there.points)
-            if there.arrived.all() and lower < energy and _faces(there, base.triangles):
-                break
-            damping *= 1 if memory.steps else 10
+            return here, True
+        way = memory.direction(gradient, _divider(matrix, here.frames, damping))
+        if -np.vdot(gradient, way) < _GAIN * energy:  # what it promises is rounding
+            if damping <= little:
+                return here, True
+            damping = little
+            continue
+        there = ground(here.points + way)
+        lower = aim.energy(there.points)
+        if there.arrived.all() and lower < energy and _faces(there, aim.metric.triangles):
+            step = there.points - here.points
+            short = np.linalg.norm(step, axis=1).max() < least or energy - lower < _GAIN * energy
+            before, here, energy = gradient, there, lower
+            if short and damping <= little:
+                return here, True
+            gradient, matrix = aim.equations(here)
+            memory, damping = memory.after(step, gradient - before), max(damping / 10, _DAMPING)
+        elif memory.steps:
             memory = Memory()
+        elif damping > _MOST_DAMPING:
+            return here, True  # no way down: a kink of flat triangles
         else:
-            return here.points
-        step = there.points - here.points
-        if np.linalg.norm(step, axis=1).max() < least or energy - lower < _GAIN * energy:
-            return there.points
-        before, here, energy, damping = gradient, there, lower, max(damping / 10, _DAMPING)
-        gradient, matrix = aim.equations(here)
-        memory = memory.after(step, gradient - before)
-    warnings.warn(
-        f"the map of least strain has not settled after {_STEPS} steps: where the surface can "
-        "slide almost freely the places of points are uncertain [C07]",
-        stacklevel=2,
-    )
-    return here.points
+            damping *= 10
+    return here, False
 
 
 def tangent_frames(normals: Floats) -> Floats:

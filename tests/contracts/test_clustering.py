@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from itertools import product
 
 import numpy as np
@@ -9,7 +10,15 @@ import pytest
 
 import isovary as iv
 
-METHODS = {"k_medians": iv.k_medians}
+METHODS = {
+    "k_medians": iv.k_medians,
+    "k_medoids": iv.k_medoids,
+    "agglomerative": iv.agglomerative,
+    "norm_bins": iv.norm_bins,
+    "fuzzy_c_means": iv.fuzzy_c_means,
+    "deterministic_annealing": iv.deterministic_annealing,
+}
+BY_KIND = {name: method for name, method in METHODS.items() if name != "norm_bins"}
 
 
 def three_groups(rng):
@@ -18,7 +27,7 @@ def three_groups(rng):
     return centers[truth] + 0.2 * rng.standard_normal((125, 3)), truth
 
 
-@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+@pytest.mark.parametrize("method", BY_KIND.values(), ids=BY_KIND)
 def test_separated_groups_are_found_in_any_order(method):
     """Oracle: analytic. Labels by norm of the center; invariant to the order of rows."""
     rng = np.random.default_rng(314)
@@ -53,7 +62,7 @@ def test_the_best_partition_of_a_small_set_is_found():
     assert cost(found.labels) == pytest.approx(best, rel=1e-12)
 
 
-@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+@pytest.mark.parametrize("method", BY_KIND.values(), ids=BY_KIND)
 def test_unknown_rows_stay_unknown(method):
     """Oracle: algebra. NaN rows are labelled -1 and do not move the centers."""
     rng = np.random.default_rng(17)
@@ -85,3 +94,28 @@ def test_no_group_is_empty_and_too_many_are_refused():
     assert "at most 2 groups" in str(caught.value)
     with pytest.raises(iv.ArgumentError, match="A02"):
         iv.k_medians(rows, 0)
+
+
+@pytest.mark.parametrize("method", METHODS.values(), ids=METHODS)
+def test_every_method_is_called_alike(method):
+    """Oracle: algebra. Weights in any unit, and a metric; NaN rows are labelled -1 in all."""
+    rng = np.random.default_rng(23)
+    rows, _ = three_groups(rng)
+    rows[4] = np.nan
+    weights = rng.uniform(0.5, 2.0, len(rows))
+    metrics = "metric" in signature(method).parameters  # annealing has but one
+    for metric in ("l1", "l2"):
+        options = {"metric": metric} if metrics else {}
+        found, again = (
+            method(rows, 3, rng=4, weights=w, **options) for w in (weights, 1e6 * weights)
+        )
+        np.testing.assert_array_equal(found.labels, again.labels)
+        assert found.labels[4] == -1
+        assert found.labels.max() == len(found.centers) - 1
+    if metrics:
+        with pytest.raises(iv.ArgumentError, match="A02"):
+            method(rows, 3, metric="l3")
+    with pytest.raises(iv.ArgumentError, match="A03"):
+        method(rows, 3, weights=weights[1:])
+    with pytest.raises(iv.ArgumentError, match="A02"):
+        method(rows, 3, weights=-weights)

@@ -16,6 +16,7 @@ from ..geometry import (
     linear_triangles,
     rim_nodes,
     shape_functions,
+    shape_gradients,
     topology,
 )
 from ..isometry import distortion
@@ -92,7 +93,7 @@ def isometric_match(
     """
     _check(base, perturbed, start)
     ground = _ground(base, perturbed, start)
-    points = slide(base, _unfolded(base, ground, start), ground)
+    points = slide(base, _unfolded(base, ground, start), ground, exact=False)
     triangle, barycentric, _ = ground.places(points)
     offset = position(perturbed, triangle, barycentric) - base.points
     side = np.where(np.einsum("nd,nd->n", offset, base.normals) >= 0, 1.0, -1.0)
@@ -206,9 +207,11 @@ class _Ground:
         triangle, barycentric, along = self.places(points)
         landed = position(self.surface, triangle, barycentric)
         weights = shape_functions(barycentric, self.surface.order)
-        around = self.surface.normals[self.surface.triangles[triangle]]
-        normals = _unit(np.einsum("ni,nid->nd", weights, around))
-        frames = tangent_frames(normals)
+        nodes = self.surface.triangles[triangle]
+        normals = _unit(np.einsum("ni,nid->nd", weights, self.surface.normals[nodes]))
+        slopes = shape_gradients(barycentric, self.surface.order)
+        along_sides = np.einsum("nid,nik->knd", self.surface.points[nodes], slopes)
+        frames = tangent_frames(_unit(np.cross(*along_sides)))  # of the triangle, not smoothed
         frames[self.on_rim] = 0
         frames[self.on_rim, :, 0] = along
         frames[self.held] = 0

@@ -14,6 +14,7 @@ from ..alignment import Alignment
 from ..comparison import Comparison
 from ..difference import change_norm
 from ..geometry import Floats
+from ..groups import GroupFacts
 from ..isometry import Distortion
 from ..levels import Progress
 from ..matching import ComponentMatch
@@ -59,7 +60,7 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
     -----
     Cost: 10 s, most of it drawing; 20 MB for 4 000 nodes.
     """
-    from ..view import mesh_quality_figure, overview, write_report
+    from ..view import details, mesh_quality_figure, overview, write_report
     from ..view._words import title
 
     timings = dict(result.timings)
@@ -71,12 +72,15 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
         with stage("overview picture", 0.2, timings, progress):
             picture = overview(result)
             picture.savefig(folder / "overview.png")
-        with stage("mesh picture", 0.5, timings, progress):
+        with stage("details picture", 0.4, timings, progress):
+            more = details(result)
+            more.savefig(folder / "details.png")
+        with stage("mesh picture", 0.55, timings, progress):
             words = f"isosurface {title(result)}, mesh of the base"
             figure = mesh_quality_figure(result.base, result.base_quality, words)
             figure.savefig(folder / "mesh_quality.png")
         with stage("report", 0.7, timings, progress):
-            write_report(result, folder / "report.html", picture=picture)
+            write_report(result, folder / "report.html", pictures=(picture, more))
         summary = _summary(replace(result, timings=timings))
         write_summary(summary, folder)
     if progress:
@@ -162,6 +166,7 @@ def _summary(result: Comparison) -> dict[str, Any]:
         "components": [_component(match) for match in result.components],
         "extrinsic": result.extrinsic(),
         "kinds_of_change": result.kind_shares,
+        "groups": [_group(result, group) for group in result.group_table],
         "mesh": {
             "base": result.base_quality.summary(),
             "perturbed": result.perturbed_quality.summary(),
@@ -187,6 +192,13 @@ def _summary(result: Comparison) -> dict[str, Any]:
         },
         "timings_seconds": seconds(result.timings),
     }
+
+
+def _group(result: Comparison, group: GroupFacts) -> dict[str, Any]:
+    """A group's facts, its dominant column by its place on the axis."""
+    facts = {k: v for k, v in asdict(group).items() if k != "column"}
+    name = "time" if result.methods.kind.per_time else "column"
+    return facts | {f"largest_at_{name}": float(result.columns[group.column])}
 
 
 def _component(match: ComponentMatch) -> dict[str, Any]:

@@ -4,9 +4,10 @@ Pictures are drawn by VTK where OpenGL works and by matplotlib elsewhere; set
 ``ISOVARY_NO_OPENGL=1`` to choose the latter.
 """
 
+from ._details import details
 from ._mesh_quality import mesh_quality_figure
 from ._opengl import can_draw
 from ._overview import overview
 from ._report import write_report
 
-__all__ = ["can_draw", "mesh_quality_figure", "overview", "write_report"]
+__all__ = ["can_draw", "details", "mesh_quality_figure", "overview", "write_report"]

@@ -25,6 +25,13 @@ class Camera:
     low: Floats
     high: Floats
 
+    @property
+    def opposite(self) -> Camera:
+        """From behind, with the same direction up."""
+        turn = np.diag([-1.0, 1.0, -1.0])
+        low, high = turn @ self.low, turn @ self.high
+        return Camera(turn @ self.axes, np.minimum(low, high), np.maximum(low, high))
+
     def project(self, points: Floats) -> Floats:
         """Right, up and depth (towards the viewer) of each point (k, 3)."""
         projected: Floats = points @ self.axes.T

@@ -54,18 +54,18 @@ def draw_signatures(axes: Axes, result: Comparison, curves: Curves) -> None:
     )
     if kind.logarithmic:
         axes.set_xscale("log")
-        _round_ticks(axes.xaxis)
+        round_ticks(axes.xaxis)
     if (np.nan_to_num(np.stack([curves.base, curves.perturbed]), nan=1.0) > 0).all():
         axes.set_yscale("log")
-        _round_ticks(axes.yaxis)
+        round_ticks(axes.yaxis)
     axes.set_ylabel(f"{signature_name(result)}\n({kind.unit})")
     axes.legend(frameon=False, loc="upper right" if kind.per_time else "best", fontsize=8.5)
     axes.tick_params(labelbottom=False)
     if kind.per_time:
         top = axes.secondary_xaxis("top", functions=(diffusion_radius, diffusion_time))  # type: ignore[arg-type]
         top.set_xlabel("diffusion radius 2√t (length)")
-        _round_ticks(top.xaxis)
-    _calm(axes)
+        round_ticks(top.xaxis)
+    calm(axes)
 
 
 def draw_change(axes: Axes, result: Comparison, curves: Curves) -> None:
@@ -81,7 +81,7 @@ def draw_change(axes: Axes, result: Comparison, curves: Curves) -> None:
         axes.set_xlim(columns[0], columns[-1])
     if kind.logarithmic:
         axes.set_xscale("log")
-        _round_ticks(axes.xaxis)
+        round_ticks(axes.xaxis)
     if not np.nan_to_num(curves.change).any():
         axes.set_ylim(-1, 1)
         words = "0 at every time" if kind.per_time else "0 in every column"
@@ -90,7 +90,7 @@ def draw_change(axes: Axes, result: Comparison, curves: Curves) -> None:
         low, high = axes.get_ylim()
         axes.set_ylim(low, high + 0.22 * (high - low))  # room for the legend above the curve
         axes.legend(frameon=False, loc="upper left", ncols=2, fontsize=8.5)
-    _calm(axes)
+    calm(axes)
 
 
 def signature_name(result: Comparison) -> str:
@@ -98,14 +98,15 @@ def signature_name(result: Comparison) -> str:
     return result.methods.kind.title.split(" (")[0]
 
 
-def _round_ticks(axis: Axis) -> None:
+def round_ticks(axis: Axis) -> None:
     """Ticks of a logarithmic axis at 1, 2, 5 times the powers of ten, as plain numbers."""
     axis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=12))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_formatter(NullFormatter())
 
 
-def _calm(axes: Axes) -> None:
+def calm(axes: Axes) -> None:
+    """No frame above and beside, a faint grid behind."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.grid(True, which="major", color="#e6e6e6", lw=0.6)
     axes.set_axisbelow(True)

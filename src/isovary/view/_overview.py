@@ -56,7 +56,7 @@ def prepare(result: Comparison) -> View:
     split = _split(result, _PIECES if problem is None else _PIECES_WITHOUT_OPENGL)
     pieces, samples = tessellate(result.base, split), paint.piece_samples(result, split)
     marked = peak(result)
-    return View(result, pieces, samples, _camera(result, marked), marked, problem)
+    return View(result, pieces, samples, _camera(result, marked), marked, problem, split)
 
 
 def _split(result: Comparison, pieces: int) -> int:

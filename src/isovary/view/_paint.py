@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.colors import Colormap, ListedColormap, to_rgb
 
+from .. import color
 from ..comparison import Comparison
 from ..difference import change_norm
 from ..extrinsic import Kind
@@ -15,10 +16,10 @@ from ..geometry import Floats
 from ..noise import SIGNIFICANCE
 from ._tessellate import at_pieces, nearest_nodes
 
-NEUTRAL = to_rgb("#d5d5d5")
+NEUTRAL = to_rgb(color.NEUTRAL)
 """No significant change, no group."""
 
-NO_PARTNER = to_rgb("#6b6b6b")
+NO_PARTNER = to_rgb(color.UNKNOWN)
 """Nothing known: the node has no partner on the perturbed surface. Hatched with NO_PARTNER_2."""
 
 NO_PARTNER_2 = to_rgb("#a0a0a0")
@@ -27,10 +28,6 @@ NORM_MAP = colormaps["viridis"]
 
 MOVE_MAP = ListedColormap(colormaps["RdBu_r"](np.linspace(0.1, 0.9, 256)))
 """Without its darkest ends, on which lines could not be seen."""
-
-_GROUP_COLORS = ("#56b4e9", "#e69f00", "#d55e00", "#009e73", "#cc79a7", "#0072b2", "#f0e442")
-# Okabe and Ito (2008), seen apart by colour-blind readers.
-
 
 KIND_COLORS = {
     Kind.UNKNOWN: NO_PARTNER,
@@ -120,13 +117,6 @@ def _scores(result: Comparison) -> Floats:
     return scores
 
 
-def group_colors(count: int) -> Floats:
-    """A colour for each group (count, 3)."""
-    if count <= len(_GROUP_COLORS):
-        return np.array([to_rgb(c) for c in _GROUP_COLORS[:count]]).reshape(-1, 3)
-    return np.asarray(colormaps["turbo"](np.linspace(0.05, 0.95, count)))[:, :3]
-
-
 def paint_norm(samples: Samples, limit: float) -> Floats:
     """Change norm from 0 to ``limit``; neutral where it is not significant (k, 3)."""
     colors = mapped(NORM_MAP, samples.norm / (limit or 1.0))
@@ -150,7 +140,7 @@ def paint_displacement(samples: Samples, limit: float) -> Floats:
 
 def paint_groups(samples: Samples) -> Floats:
     """Each group in its colour, neutral where there is none (k, 3)."""
-    palette = np.vstack([group_colors(samples.scores.shape[1]), NEUTRAL])
+    palette = np.vstack([color.group_colors(samples.scores.shape[1]), NEUTRAL])
     return _unknown(palette[samples.groups], samples)
 
 

@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from ..color import group_colors
 from ..comparison import Comparison
 from ..geometry import Floats
 from . import _paint as paint
@@ -37,7 +38,7 @@ class View:
     """What all panels share: the surface in pieces, what is known there, and the camera.
 
     ``peak`` is the node that changed most, None without change; ``problem`` says
-    why OpenGL cannot be used, None if it can.
+    why OpenGL cannot be used, None if it can; ``split`` parts each edge into the pieces.
     """
 
     result: Comparison
@@ -46,6 +47,7 @@ class View:
     camera: Camera
     peak: int | None
     problem: str | None
+    split: int
 
     @property
     def significant_share(self) -> float:
@@ -73,10 +75,10 @@ class View:
 
 def change_panel(figure: Figure, view: View) -> None:
     """Change norm on the base."""
-    axes = _surface_axes(figure, (0.02, 0.28, 0.37, 0.555), view)
+    axes = surface_axes(figure, (0.02, 0.28, 0.37, 0.555), view)
     caption(figure, 0.02, 0.872, "a", "Where the intrinsic shape changed")
     limit = paint.norm_limit(view.result)
-    _draw(axes, view, paint.paint_norm(view.samples, limit))
+    draw_surface(axes, view, paint.paint_norm(view.samples, limit))
     scale_bar(axes)
     tripod(figure, (0.348, 0.175, 0.045, 0.08), view.camera)
     samples, entries = view.samples, _no_partner(view)
@@ -95,12 +97,12 @@ def change_panel(figure: Figure, view: View) -> None:
 
 def displacement_panel(figure: Figure, view: View) -> None:
     """Displacement on the base, and the perturbed mesh over it."""
-    axes = _surface_axes(figure, (0.41, 0.575, 0.255, 0.255), view)
+    axes = surface_axes(figure, (0.41, 0.575, 0.255, 0.255), view)
     caption(figure, 0.41, 0.872, "b", "What moved: perturbed mesh over the base")
     limit = paint.move_limit(view.result)
     size = float(np.ptp(view.result.base.points, axis=0).max())
     lines = mesh_lines(view.result.perturbed, view.camera, limit + 0.005 * size)
-    _draw(axes, view, paint.paint_displacement(view.samples, limit), lines)
+    draw_surface(axes, view, paint.paint_displacement(view.samples, limit), lines)
     if limit > 0:
         words = "normal displacement, + towards lower values (length)"
         color_bar(figure, (0.44, 0.552, 0.195, 0.012), paint.MOVE_MAP, (-limit, limit), words)
@@ -110,11 +112,11 @@ def displacement_panel(figure: Figure, view: View) -> None:
 
 def groups_panel(figure: Figure, view: View) -> None:
     """Groups on the base, each numbered."""
-    axes = _surface_axes(figure, (0.41, 0.205, 0.255, 0.24), view)
+    axes = surface_axes(figure, (0.41, 0.205, 0.255, 0.24), view)
     caption(figure, 0.41, 0.475, "c", "Groups of nodes that changed alike")
-    _draw(axes, view, paint.paint_groups(view.samples))
+    draw_surface(axes, view, paint.paint_groups(view.samples))
     samples, count = view.samples, len(view.result.clusters.centers)
-    colors = paint.group_colors(count)
+    colors = group_colors(count)
     shares = group_shares(samples.groups, view.pieces.areas, samples.norm, count)
     entries = [
         Patch(color=tuple(color), label=f"{k}: {percent(share)}, {percent(mean)}")
@@ -146,7 +148,8 @@ def curves_panel(figure: Figure, view: View) -> None:
     figure.align_ylabels([upper, lower])
 
 
-def _surface_axes(figure: Figure, box: Box, view: View) -> Axes:
+def surface_axes(figure: Figure, box: Box, view: View) -> Axes:
+    """Axes in which a length is a length of the surface, seen by the view's camera."""
     axes = figure.add_axes(box)
     axes.set_axis_off()
     width, height = figure.get_size_inches()
@@ -156,7 +159,8 @@ def _surface_axes(figure: Figure, box: Box, view: View) -> Axes:
     return axes
 
 
-def _draw(axes: Axes, view: View, colors: Floats, lines: Floats | None = None) -> None:
+def draw_surface(axes: Axes, view: View, colors: Floats, lines: Floats | None = None) -> None:
+    """The pieces in their colours, hatched where unknown, and perhaps lines over them."""
     if view.problem is None:
         from ._render_vtk import draw
     else:

@@ -18,9 +18,11 @@ from matplotlib.colors import Colormap, to_hex
 from matplotlib.figure import Figure
 from plotly.offline import get_plotlyjs
 
+from ..color import group_colors
 from ..comparison import Comparison
 from ..extrinsic import Kind
 from . import _paint as paint
+from ._details import details
 from ._overview import overview, prepare
 from ._panels import View
 from ._report_data import (
@@ -49,7 +51,10 @@ _MODES = {
 
 
 def write_report(
-    result: Comparison, path: str | os.PathLike[str], *, picture: Figure | None = None
+    result: Comparison,
+    path: str | os.PathLike[str],
+    *,
+    pictures: tuple[Figure, Figure] | None = None,
 ) -> None:
     """Write one HTML file with the verdict, the surface to turn, the curves and every choice.
 
@@ -61,8 +66,8 @@ def write_report(
     result : Comparison
     path : path
         The file; its folder exists.
-    picture : matplotlib.figure.Figure, optional
-        The comparison's overview if it was drawn already; by default it is drawn.
+    pictures : tuple of matplotlib.figure.Figure, optional
+        The comparison's overview and details if they were drawn already; by default they are.
 
     Notes
     -----
@@ -70,6 +75,7 @@ def write_report(
     """
     view = prepare(result)
     words = verdict(result, view.half_share)
+    drawn = pictures or (overview(result), details(result))
     parts = {
         "title": escape(f"isovary: {title(result)}"),
         "verdict": escape(words),
@@ -88,7 +94,8 @@ def write_report(
         "last": str(len(result.base.points) - 1),
         "marked": "" if view.peak is None else str(view.peak),
         "groups": _group_rows(view),
-        "picture": _png(picture or overview(result)),
+        "picture": _png(drawn[0]),
+        "details": _png(drawn[1]),
         "tables": _tables(result),
         "version": escape(version("isovary")),
         "plotly": get_plotlyjs(),
@@ -203,7 +210,7 @@ def _patches(*patches: str) -> str:
 def _group_patches(view: View) -> list[str]:
     count, samples = len(view.result.clusters.centers), view.samples
     shares = group_shares(samples.groups, view.pieces.areas, samples.norm, count)
-    colors = paint.group_colors(count)
+    colors = group_colors(count)
     patches = [
         f'<button type="button" class="group" data-group="{k}" aria-pressed="true">'
         + _patch(to_hex(color), f"group {k}: {percent(share)} of the area, mean {percent(mean)}")
@@ -218,7 +225,7 @@ def _group_rows(view: View) -> str:
     result = view.result
     if not result.group_table:
         return "<p>No group: no node changed significantly.</p>"
-    colors = paint.group_colors(len(result.clusters.centers))
+    colors = group_colors(len(result.clusters.centers))
     names = ("group", "part of the area", "mean change", "largest median change", "at")
     head = "".join(f'<th scope="col">{name}</th>' for name in (*names, "changed most near"))
     rows = ""

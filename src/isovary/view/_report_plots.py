@@ -9,6 +9,7 @@ import plotly.graph_objects as go
 from matplotlib.colors import to_hex
 from plotly.subplots import make_subplots
 
+from ..color import group_colors
 from ..comparison import Comparison
 from ..geometry import EDGES, Floats, linear_triangles
 from ..signature import diffusion_radius
@@ -161,7 +162,7 @@ def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
 
     _noise_band(figure, columns, 100 * curves.noise)
     groups = paint.node_samples(result).groups
-    for group, color in enumerate(paint.group_colors(len(result.clusters.centers))):
+    for group, color in enumerate(group_colors(len(result.clusters.centers))):
         rows = groups == group
         if rows.any():
             line, name = {"color": to_hex(color), "width": 1.6}, f"group {group}, median"
