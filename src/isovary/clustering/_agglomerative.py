@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError, ClusterError
 from ..geometry import Floats, Ints, frozen
 from ..records import Clusters
+from ..row_distances import Metric, distances
 from ._k_medians import middles_of
-from ._rows import Metric, Rows, checked_rows, distances
+from ._rows import Rows, checked_rows
 
 Linkage = Literal["average", "complete", "single", "ward"]
 """Distance of two groups: mean, largest or smallest over their pairs, or what merging costs."""

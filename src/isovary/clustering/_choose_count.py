@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from ..geometry import Floats, Ints, frozen
 from ..records import Clusters
-from ._rows import Metric, Rows, checked_rows, distances
+from ..row_distances import Metric, distances
+from ._rows import Rows, checked_rows
 
 _SHARE = 0.8  # of the sample goes into each run
 

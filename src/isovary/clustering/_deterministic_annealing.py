@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError, ClusterError
 from ..geometry import Floats, Ints, frozen
 from ..records import Clusters
-from ._rows import Rows, checked_rows, distances
+from ..row_distances import distances
+from ._rows import Rows, checked_rows
 
 _SAMPLE = 4000  # rows that are cooled
 _ROUNDS = 500  # at one temperature

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from ..geometry import Floats, Ints
 from ..records import Clusters
+from ..row_distances import Metric, distances
 from ._deterministic_annealing import product
-from ._rows import Metric, Rows, checked_rows, distances
+from ._rows import Rows, checked_rows
 
 _SAMPLE = 4000  # rows that restarts are tried on
 _ROUNDS = 300

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from ..geometry import Floats, Ints
 from ..records import Clusters
-from ._rows import Metric, Rows, checked_rows, distances
+from ..row_distances import Metric, distances
+from ._rows import Rows, checked_rows
 
 _ROUNDS = 200
 _SAMPLE = 4000

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError
 from ..geometry import Bools, Floats, Ints
 from ..records import Clusters
+from ..row_distances import Metric, distances
 from ._k_medians import middles_of, seeds, with_seeds
-from ._rows import Metric, Rows, checked_rows, distances
+from ._rows import Rows, checked_rows
 
 _PASSES = 20
 _CANDIDATES = 50

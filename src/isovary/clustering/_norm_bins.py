@@ -7,8 +7,9 @@ from numpy.typing import ArrayLike
 
 from ..geometry import Floats
 from ..records import Clusters
+from ..row_distances import Metric, distances
 from ._k_medians import middles_of
-from ._rows import Metric, checked_rows, distances
+from ._rows import checked_rows
 
 
 def norm_bins(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,11 +10,7 @@ from numpy.typing import ArrayLike
 from ..errors import ArgumentError, ClusterError
 from ..geometry import Bools, Floats, Ints
 from ..records import Clusters
-
-Metric = Literal["l1", "l2"]
-"""Sum of the absolute differences of two rows, or the root of the sum of their squares."""
-
-_CDIST = {"l1": "cityblock", "l2": "euclidean"}
+from ..row_distances import Metric, check_metric, checked_weights
 
 
 class Rows(NamedTuple):
@@ -67,9 +63,8 @@ def checked_rows(
         raise ArgumentError("A03", f"rows: expected shape (n, T), got {values.shape}")
     if count < 1:
         raise ArgumentError("A02", f"count: expected 1 or more, got {count}")
-    if metric not in get_args(Metric):
-        raise ArgumentError("A02", f"metric: expected l1 or l2, got {metric}")
-    heavy = _checked_weights(weights, len(values))
+    check_metric(metric)
+    heavy = checked_weights(weights, len(values))
     known = np.isfinite(values).all(axis=1)
     data = values[known]
     distinct = len(np.unique(data, axis=0))
@@ -79,24 +74,3 @@ def checked_rows(
             f"count: expected at most {distinct} groups for {distinct} distinct rows, got {count}",
         )
     return Rows(data, heavy[known] / heavy[known].mean(), known)
-
-
-def distances(data: Floats, centers: Floats, metric: Metric = "l1") -> Floats:
-    """Distances (m, k) of rows to centers."""
-    from scipy.spatial.distance import cdist
-
-    table: Floats = cdist(data, centers, _CDIST[metric])
-    return table
-
-
-def _checked_weights(weights: ArrayLike | None, count: int) -> Floats:
-    if weights is None:
-        return np.ones(count)
-    heavy = np.asarray(weights, dtype=float)
-    if heavy.shape != (count,):
-        raise ArgumentError("A03", f"weights: expected shape ({count},), got {heavy.shape}")
-    if not (np.isfinite(heavy) & (heavy > 0)).all():
-        raise ArgumentError(
-            "A02", "weights: expected positive numbers, got others; give areas, for example"
-        )
-    return heavy

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
 from ..geometry import Bools, Floats, Ints
+from ..row_distances import Metric, check_metric, checked_weights, distances
 
-Metric = Literal["l1", "l2"]
-"""Sum of the absolute differences of two rows, or the root of the sum of their squares."""
-
-_CDIST = {"l1": "cityblock", "l2": "euclidean"}
 _BLOCK = 1_000_000  # distances at a time: 8 MB
 _ROUNDING = 1e-12  # of the largest eigenvalue: one below is taken for 0
 
@@ -134,39 +131,17 @@ def known_rows(
         raise ArgumentError("A03", f"rows: expected shape (n, T), got {values.shape}")
     if dimensions < 1:
         raise ArgumentError("A02", f"dimensions: expected 1 or more, got {dimensions}")
-    if metric not in get_args(Metric):
-        raise ArgumentError("A02", f"metric: expected l1 or l2, got {metric}")
+    check_metric(metric)
     if landmarks <= dimensions:
         raise ArgumentError(
             "A02",
             f"landmarks: expected more than the {dimensions} dimensions, got {landmarks}; "
             "1000 are a good choice",
         )
-    heavy = _checked_weights(weights, len(values))
+    heavy = checked_weights(weights, len(values))
     known = np.isfinite(values).all(axis=1)
     total = heavy[known].sum()
     return Known(values[known], heavy[known] / total if known.any() else heavy[known], known)
-
-
-def _checked_weights(weights: ArrayLike | None, count: int) -> Floats:
-    if weights is None:
-        return np.ones(count)
-    heavy = np.asarray(weights, dtype=float)
-    if heavy.shape != (count,):
-        raise ArgumentError("A03", f"weights: expected shape ({count},), got {heavy.shape}")
-    if not (np.isfinite(heavy) & (heavy > 0)).all():
-        raise ArgumentError(
-            "A02", "weights: expected positive numbers, got others; give areas, for example"
-        )
-    return heavy
-
-
-def distances(data: Floats, others: Floats, metric: Metric) -> Floats:
-    """Distances (m, l) of rows to other rows."""
-    from scipy.spatial.distance import cdist
-
-    table: Floats = cdist(data, others, _CDIST[metric])
-    return table
 
 
 def blocks(count: int, width: int) -> list[slice]:

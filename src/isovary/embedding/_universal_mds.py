@@ -11,15 +11,14 @@ from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
 from ..geometry import Floats
+from ..row_distances import Metric, distances
 from ._classical_mds import (
     Known,
     Landmarks,
-    Metric,
     axes,
     blocks,
     chosen_landmarks,
     classical,
-    distances,
     known_rows,
     principal,
 )
