@@ -21,6 +21,7 @@ from isovary.clustering._deterministic_annealing import annealing, deterministic
 from isovary.clustering._fuzzy_c_means import fuzzy_c_means
 from isovary.clustering._rows import checked_rows
 from isovary.errors import ArgumentError, ClusterError
+from isovary.row_distances import distances
 
 METRICS = ("l1", "l2")
 SOFT = {
@@ -30,7 +31,6 @@ SOFT = {
 }
 each_method = pytest.mark.parametrize("method", SOFT.values(), ids=SOFT)
 each_metric = pytest.mark.parametrize("metric", METRICS)
-from isovary.row_distances import distances
 
 
 def planted(rng, count, size=80, columns=4):
