@@ -98,6 +98,12 @@ def test_a_node_is_found_by_its_number(page, result):
     page.wait_for_selector("#where:text-is('At node 7')")
     said = page.inner_text("#chosen")
     assert f"mean change {100 * result.change_norm[7]:.3g} %" in said
+    ring = page.evaluate(
+        "['x', 'y', 'z'].map(k => Array.from(document.getElementById('surface').data[1][k]))"
+    )
+    size = np.ptp(result.base.points, axis=0).max()
+    away = np.linalg.norm(np.transpose(ring) - result.base.points[7], axis=1)
+    np.testing.assert_allclose(away, size * np.hypot(0.03, 0.006), rtol=1e-3)
     page.fill("#node", "100000")  # none such: nothing happens
     page.press("#node", "Enter")
     assert page.inner_text("#where") == "At node 7"

@@ -14,7 +14,7 @@ from ..signature import diffusion_radius
 from . import _paint as paint
 
 _UNKNOWN, _NEUTRAL, _LOWEST, _HIGHEST = 0, 1, 2, 254
-_SLIDER, _CURVE = 50, 24  # columns at most
+_SLIDER, _CURVE = 50, 20  # columns at most
 _STEPS = 65_534  # from the smallest to the largest value; one more for unknown
 
 

@@ -26,7 +26,8 @@ _ZOOM = 1.45
 def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go.Figure:
     """The base surface, the marked point's ring and the perturbed mesh, hidden at first."""
     x, y, z = np.round(result.base.points, 6).astype(np.float32).T
-    i, j, k = linear_triangles(result.base.triangles).astype(np.int32).T
+    size = np.uint16 if len(x) <= 65_536 else np.int32
+    i, j, k = linear_triangles(result.base.triangles).astype(size).T
     light = {"ambient": 0.75, "diffuse": 0.32, "specular": 0.05, "fresnel": 0.0, "roughness": 0.9}
     figure = go.Figure()
     figure.add_mesh3d(
