@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from .errors import ArgumentError, FieldError
 from .levels import fewest_vertices
@@ -62,13 +62,17 @@ def check_numbers(
 
 
 def check_methods(
-    methods: Methods, correspondence: Match | None, through: Sequence[ScalarField]
+    methods: Methods,
+    clustering: Callable[..., object],
+    correspondence: Match | None,
+    through: Sequence[ScalarField],
 ) -> None:
     """Methods are functions, and see what a carried mesh changes."""
     for name, method in (
         ("mesher", methods.mesher),
         ("laplacian", methods.laplacian),
         ("signature", methods.signature),
+        ("clustering", clustering),
         ("correspondence", correspondence),
     ):
         if method is not None and not callable(method):
@@ -102,5 +106,6 @@ _EXAMPLES = {
     "mesher": "distmesh",
     "laplacian": "cotangent",
     "signature": "wave_kernel_signature",
+    "clustering": "k_medoids",
     "correspondence": "normal_rays",
 }

@@ -396,7 +396,7 @@ def compare(
     check_fields(base, perturbed, isovalue, through)
     check_numbers(vertices, order, pairs, times, groups, accuracy, noise_meshes)
     walk, methods = Walk(progress), Methods(laplacian, signature, mesher)
-    check_methods(methods, correspondence, through)
+    check_methods(methods, clustering, correspondence, through)
     with noted_warnings() as warned:
         with walk.stage("interpolation"):
             fields = same_interpolation((base, *through, perturbed), isovalue)
