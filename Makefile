@@ -21,7 +21,7 @@ make_venv = { command -v uv >/dev/null 2>&1 \
 	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(1); } \
 	|| $(PYTHON) -m venv $(1)
 
-.PHONY: help demo test check teeth docs bench bench-operators bench-meshers bench-noise bench-carrying bench-eigensolve clean distclean
+.PHONY: help demo test check teeth docs bench bench-operators bench-meshers bench-noise bench-carrying bench-grouping bench-eigensolve clean distclean
 
 help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
@@ -34,6 +34,7 @@ help:
 	@echo 'make bench-meshers      every mesher and sizing function, and the signature on its meshes'
 	@echo 'make bench-noise        how often the noise floor holds the error; ARGS=folder with more fields'
 	@echo 'make bench-carrying     null tests, isometries, known maps; ARGS=folder with more fields'
+	@echo 'make bench-grouping     which method finds the changed region, and how fast'
 	@echo 'make bench-eigensolve   the eigensolve beside other packages, which go into $(PEERS)'
 	@echo 'make clean      remove what was built; make distclean removes $(VENV) and $(PEERS) too'
 	@echo
@@ -68,6 +69,9 @@ bench-meshers: $(STAMP)
 
 bench-noise: $(STAMP)
 	$(BIN)/python benchmarks/noise_floor.py $(ARGS)
+
+bench-grouping: $(STAMP)
+	$(BIN)/python benchmarks/grouping.py
 
 bench-carrying: $(STAMP)
 	$(BIN)/python benchmarks/carrying.py $(ARGS)

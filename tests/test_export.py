@@ -36,7 +36,6 @@ def test_every_node_has_its_row(saved, tmp_path):
     """Oracle: algebra. The numbers in the text are the comparison's, to the last digit stored."""
     result, folder = saved
     path = tmp_path / "nodes.csv"
-    path.write_text("an older table")
     assert export_csv(folder, path, full=True) == len(result.base.points)
     names, rows = read(path)
     table = dict(zip(names, rows.T, strict=True))
@@ -62,6 +61,17 @@ def test_by_default_the_table_is_short(saved, tmp_path):
     names, rows = read(tmp_path / "nodes.csv")
     assert rows.shape[1] == len(names) < 30
     assert not any("[" in name for name in names)
+
+
+def test_nothing_is_overwritten(saved, tmp_path):
+    """Oracle: data. A file of one's own stays; a folder that is not there is told."""
+    path = tmp_path / "nodes.csv"
+    path.write_text("precious")
+    with pytest.raises(iv.FileError, match="W02"):
+        export_csv(saved[1], path, full=False)
+    assert path.read_text() == "precious"
+    with pytest.raises(iv.FileError, match="W07"):
+        export_csv(saved[1], tmp_path / "nowhere" / "nodes.csv", full=False)
 
 
 def test_no_result_is_an_error(tmp_path):

@@ -67,11 +67,20 @@ def test_the_table_says_what_each_group_is():
     rows = group_table(SPHERE, clusters, change)
     assert [row.rank for row in rows] == [3, 2, 1]
     assert [row.mean_change for row in rows] == pytest.approx([0, 1.5, 1.8])
-    assert [row.column for row in rows] == [0, 1, 1]
+    assert [row.column for row in rows] == [1, 1, 1]
     assert [row.change for row in rows] == pytest.approx([0, -2.0, -2.4])
     np.testing.assert_allclose([row.area_share for row in rows], [0.3, 0.45, 0.25], atol=0.01)
     assert sum(row.nodes for row in rows) == len(ring)
     assert rows[2].place[2] > 0.5
+
+
+def test_growth_is_no_groups_own_scale():
+    """Oracle: analytic. All grow by 5 at the last time; one ring changed by 1 at the first."""
+    _, ring = planted()
+    change = np.column_stack([1.0 * (ring == 2), 5.0 + 0 * ring])
+    clusters = iv.Clusters((ring == 2).astype(int), np.array([[0.0, 5], [1, 5]]))
+    _, changed = group_table(SPHERE, clusters, change)
+    assert (changed.column, changed.change) == (0, 1.0)
 
 
 def test_a_comparison_takes_any_method_and_tells_it():

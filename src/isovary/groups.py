@@ -76,9 +76,10 @@ class GroupFacts:
     place : array (3,)
         The group's node that changed most.
     column : int
-        Where the group's median change is largest: the scale at which it changed.
+        Where the group's median change differs most from the surface's mean: the scale at which
+        it stands out. (Growth of the area alone is the same for all at large times.)
     change : float
-        That median, signed.
+        The median there, signed.
     """
 
     number: int
@@ -120,7 +121,8 @@ def group_table(surface: Surface, clusters: Clusters, change: Floats) -> tuple[G
     """
     areas = node_areas(surface.points, surface.triangles)
     norm = change_norm(change)
-    count = len(clusters.centers)
+    count, known = len(clusters.centers), np.isfinite(norm)
+    mean = np.average(change[known], axis=0, weights=areas[known]) if known.any() else 0.0
     inside = [np.flatnonzero(clusters.labels == number) for number in range(count)]
     means = [
         float(np.average(norm[rows], weights=areas[rows])) if len(rows) else -1.0 for rows in inside
@@ -131,7 +133,7 @@ def group_table(surface: Surface, clusters: Clusters, change: Floats) -> tuple[G
         if len(rows) == 0:
             continue
         median = np.median(change[rows], axis=0)
-        column = int(np.abs(median).argmax())
+        column = int(np.abs(median - mean).argmax())
         table.append(
             GroupFacts(
                 number=number,

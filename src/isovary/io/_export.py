@@ -34,7 +34,7 @@ def export_csv(folder: str | os.PathLike[str], path: str | os.PathLike[str], *, 
     folder : path
         What ``compare`` wrote.
     path : path
-        The CSV file; one that exists is replaced, once the new one is whole.
+        The CSV file, which does not exist yet; it is there once it is whole.
     full : bool
         Also both signatures, the change and its noise floor at every time: 4 T columns more,
         named ``hks_change[0.25]`` with the time in brackets.
@@ -47,10 +47,14 @@ def export_csv(folder: str | os.PathLike[str], path: str | os.PathLike[str], *, 
     Raises
     ------
     FileError
-        F01 if the folder holds no result.
+        F01 if the folder holds no result, W02 for a file that exists, W07 if it cannot be written.
     """
-    names, columns = _table(Path(folder), full)
     target = Path(path)
+    if target.exists():
+        raise FileError(
+            "W02", f"csv: expected a new file, got {target}, which exists; name another"
+        )
+    names, columns = _table(Path(folder), full)
     beside = target.with_name(f".{target.name}.{os.getpid()}")
     try:
         with beside.open("w", newline="", encoding="utf-8") as file:
@@ -58,6 +62,8 @@ def export_csv(folder: str | os.PathLike[str], path: str | os.PathLike[str], *, 
             writer.writerow(names)
             writer.writerows(zip(*(column.tolist() for column in columns), strict=True))
         beside.replace(target)
+    except OSError as error:
+        raise FileError("W07", f"csv: expected a file to write, got {target}: {error}") from error
     finally:
         beside.unlink(missing_ok=True)
     return len(columns[0])

@@ -227,7 +227,7 @@ def _group_rows(view: View) -> str:
     if not result.group_table:
         return "<p>No group: no node changed significantly.</p>"
     colors = group_colors(len(result.clusters.centers))
-    names = ("group", "part of the area", "mean change", "largest median change", "at")
+    names = ("group", "part of the area", "mean change", "median change where it stands out", "at")
     head = "".join(f'<th scope="col">{name}</th>' for name in (*names, "changed most near"))
     rows = ""
     for group in sorted(result.group_table, key=lambda group: group.rank):

@@ -8,6 +8,7 @@ from textwrap import shorten
 import numpy as np
 
 from ..comparison import Comparison
+from ..extrinsic import Kind
 from ..geometry import Floats, Ints
 from ..signature import diffusion_radius
 from ._paint import norm_limit
@@ -99,8 +100,10 @@ def answer(result: Comparison, significant_share: float) -> str:
     at = f"at {kind.axis} {column:.3g}"
     if kind.per_time:
         at = f"at the scale of {diffusion_radius(column):.2g} (diffusion radius)"
+    local = percent(result.kind_shares[Kind.NEW_SHAPE.words])
     return (
-        f"{percent(significant_share)} of the surface changed significantly, most {at} near "
+        f"{percent(significant_share)} of the surface changed significantly, {local} by 1 % or "
+        f"more at a local scale; most {at} near "
         f"{near}; signal over noise {_two_digits(1 / result.relative_noise)}."
     )
 
