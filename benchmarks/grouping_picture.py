@@ -18,7 +18,7 @@ from isovary.view._scene import Scene
 from isovary.view._tessellate import at_pieces, tessellate
 
 DARK, GREY = "#1d1d1f", "#555555"
-TOWARDS = np.array([0.55, 0.25, 0.8])
+TOWARDS = np.array([0.5, 0.22, 0.84])
 SPLIT = 4
 
 
@@ -33,28 +33,37 @@ class Panel:
     tips: Floats
     region: float
 
-    def named(self, title: str) -> Panel:
-        return replace(self, title=title)
+    def marked(self, detail: str) -> Panel:
+        """With more to say, before the rest."""
+        return replace(self, detail=f"{detail}, {self.detail}")
 
 
 def draw_panels(
-    panels: Sequence[Panel], title: str, said: str, path: Path, *, columns: int
+    panels: Sequence[Panel],
+    title: str,
+    said: str,
+    path: Path,
+    *,
+    columns: int,
+    width: float = 12.8,
 ) -> None:
     """Rows of panels under a title and a line that says what is seen."""
-    side, wide = 12.8 / columns, 0.97 / columns
+    wide = 0.98 / columns
+    side = width * (wide - 0.014)
     rows = -(-len(panels) // columns)
-    height = 0.95 + rows * (side + 0.42)
-    figure = Figure(figsize=(12.8, height), dpi=130, facecolor="white")
-    figure.text(0.015, 1 - 0.4 / height, title, size=15, weight="bold", color=DARK)
+    high = side + 0.46
+    height = 0.88 + rows * high + 0.05
+    figure = Figure(figsize=(width, height), dpi=130, facecolor="white")
+    figure.text(0.015, 1 - 0.4 / height, title, size=16, weight="bold", color=DARK)
     figure.text(0.015, 1 - 0.66 / height, said, size=9.5, color=GREY)
     for place, panel in enumerate(panels):
         row, column = divmod(place, columns)
         left = 0.015 + column * wide
-        top = 1 - (0.95 + row * (side + 0.42)) / height
+        top = 1 - (0.88 + row * high) / height
         figure.text(left, top - 0.08 / height, panel.title, size=10, weight="bold", color=DARK)
         figure.text(left, top - 0.26 / height, panel.detail, size=9.5, color=GREY)
-        size = 0.96 * side / height
-        axes = figure.add_axes((left, top - 0.36 / height - size, wide - 0.012, size))
+        bottom = top - (0.33 + side) / height
+        axes = figure.add_axes((left, bottom, wide - 0.014, side / height))
         draw_surface(axes, panel)
     figure.savefig(path)
 
