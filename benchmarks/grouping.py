@@ -72,7 +72,6 @@ class Pair:
     shown: iv.Surface
     change: Floats
     significant: Bools
-    floor: Floats
     times: Floats
 
     @property
@@ -126,7 +125,6 @@ def compared(name: str) -> Pair:
         found.perturbed,
         found.change,
         found.significant,
-        found.noise_floor,
         found.times,
     )
 
@@ -144,7 +142,7 @@ def thesis_way(name: str, vertices: int) -> Pair:
     before = iv.heat_kernel_signature(here, times)
     change = iv.signature_difference(before, after, iv.heat_trace_scale(here, times))
     unknown = np.zeros(len(change), dtype=bool)
-    return Pair(name, tips, base, base, change, unknown, np.full_like(change, np.nan), times)
+    return Pair(name, tips, base, base, change, unknown, times)
 
 
 def overlap(group: Bools, pair: Pair) -> float:
