@@ -18,6 +18,7 @@ FILES = {
     "change.vtu",
     "perturbed.vtu",
     "change.vtp",
+    "details.png",
     "mesh_quality.png",
     "overview.png",
     "report.html",

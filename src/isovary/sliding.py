@@ -32,6 +32,7 @@ _ROUND = 10.0  # last steps: a round that moves no point farther is the last
 _SHRINKS = 0.5  # of the way of the round before: more, and it is the mesh that moves the points
 _ANCHOR = 10.0  # what the strain is multiplied by, and 1, where all move by the surface's width
 _FIRST_DAMPING, _DAMPING, _MOST_DAMPING = 1e-3, 1e-9, 1e6  # of the diagonal
+_SHORTEST = 0.01  # part of a step that goes too far
 _LITTLE = 3e-6  # damping that shortens no step
 _ISOMETRIC = 1e-11  # strain that is rounding
 _GAIN = 1e-12  # a step that lowers what is to be small by less, relative to it, is the last
@@ -105,7 +106,8 @@ def slide(
     Warns
     -----
     UserWarning
-        C07 if a round has not settled after 100 steps.
+        C07 if a round has not settled after 100 steps. Not where the other surface is a mesh: on
+        flat triangles the strain has kinks, at which no step is the last.
 
     Notes
     -----
@@ -138,7 +140,7 @@ def slide(
         here, last, damping = there, moved, _LITTLE
         if not found or moved < _ROUND * least:
             break
-    if not found:
+    if exact and not found:
         warnings.warn(
             "the map of least strain has not settled: where the surface can slide almost freely "
             "the places of points are uncertain [C07]",
@@ -160,13 +162,18 @@ def _descend(
         if energy < _ISOMETRIC**2:
             return here, True
         way = memory.direction(gradient, _divider(matrix, here.frames, damping))
-        if -np.vdot(gradient, way) < _GAIN * energy:  # what it promises is rounding
+        promise = -float(np.vdot(gradient, way))
+        if promise < _GAIN * energy:  # rounding
             if damping <= little:
                 return here, True
             damping = little
             continue
         there = ground(here.points + way)
         lower = aim.energy(there.points)
+        if lower > energy and memory.steps:  # too long: to the lowest point of a parabola
+            part = promise / (2 * (promise + lower - energy))
+            there = ground(here.points + max(part, _SHORTEST) * way)
+            lower = aim.energy(there.points)
         if there.arrived.all() and lower < energy and _faces(there, aim.metric.triangles):
             step = there.points - here.points
             short = np.linalg.norm(step, axis=1).max() < least or energy - lower < _GAIN * energy
