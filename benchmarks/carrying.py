@@ -9,18 +9,17 @@ h2o2_torsion_density.npz is the first argument, or the environment variable ISOV
 from __future__ import annotations
 
 import os
-import platform
 import sys
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from datetime import date
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from carrying_picture import Shown, draw_maps
+from measured_page import write_page
 from scipy.special import ellipe
 
 import isovary as iv
@@ -540,23 +539,6 @@ def torsion_table(rows: Sequence[Outcome]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_page(tables: dict[str, str]) -> None:
-    """Put each table between its markers."""
-    page = DOCS / "carrying.md"
-    text = page.read_text(encoding="utf-8")
-    heading = (
-        f"Measured with isovary {iv.__version__} on {date.today()}, Python "
-        f"{platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores; "
-        "`python benchmarks/carrying.py` measures again.\n\n"
-    )
-    for name, table in tables.items():
-        begin, end = f"<!-- measured {name}: begin -->", f"<!-- measured {name}: end -->"
-        head, tail = text.split(begin)[0], text.split(end)[1]
-        said = heading if name == next(iter(tables)) else ""
-        text = f"{head}{begin}\n{said}{table}{end}{tail}"
-    page.write_text(text, encoding="utf-8")
-
-
 def shown(rows: Sequence[Outcome], names: dict[str, str]) -> list[Shown]:
     """What a picture shows of the rows so named, in the words given."""
     by_name = {row.way: row for row in rows}
@@ -643,7 +625,7 @@ def main() -> None:
             draw_torsion(rows, DOCS / "torsion.png")
         else:
             print(f"No {TORSION}: its table and picture stay. Name its folder, or ISOVARY_FIELDS.")
-    write_page(tables)
+    write_page(DOCS / "carrying.md", "carrying.py", tables)
 
 
 if __name__ == "__main__":

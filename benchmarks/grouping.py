@@ -9,8 +9,6 @@ docs/grouping.md.
 
 from __future__ import annotations
 
-import os
-import platform
 import resource
 import subprocess
 import sys
@@ -18,7 +16,6 @@ import time
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from datetime import date
 from functools import partial
 from itertools import combinations
 from pathlib import Path
@@ -26,6 +23,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 from grouping_picture import Panel, draw_panels
+from measured_page import write_page
 
 import isovary as iv
 from isovary.geometry import Bools, Floats, Ints, edges_of, linear_triangles, node_areas
@@ -498,22 +496,6 @@ def draw_cause(ways: Sequence[tuple[str, Pair]]) -> None:
     )
 
 
-def write_page(tables: dict[str, str]) -> None:
-    """Put each table between its markers."""
-    text = PAGE.read_text(encoding="utf-8")
-    heading = (
-        f"Measured with isovary {iv.__version__} on {date.today()}, Python "
-        f"{platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores; "
-        "`python benchmarks/grouping.py` measures again.\n\n"
-    )
-    for name, measured in tables.items():
-        begin, end = f"<!-- measured {name}: begin -->", f"<!-- measured {name}: end -->"
-        head, tail = text.split(begin)[0], text.split(end)[1]
-        said = heading if name == next(iter(tables)) else ""
-        text = f"{head}{begin}\n{said}{measured}{end}{tail}"
-    PAGE.write_text(text, encoding="utf-8")
-
-
 def main() -> None:
     start = time.perf_counter()
     tables: dict[str, str] = {}
@@ -538,7 +520,7 @@ def main() -> None:
     note("kinds", kinds_table())
     note("counts", counts_table(pairs))
     note("cost", cost_table(eight.change))
-    write_page(tables)
+    write_page(PAGE, "grouping.py", tables)
 
 
 if __name__ == "__main__":
