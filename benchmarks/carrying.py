@@ -27,6 +27,7 @@ from isovary.correspondence import isometric_match
 from isovary.data import water_pair
 from isovary.geometry import Floats, edges_of, linear_triangles
 from isovary.level_sets import LevelSet, moved
+from isovary.potentials import born_mayer
 from isovary.view._camera import Camera
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -35,8 +36,8 @@ DENSITY = 0.05  # electrons per cubic bohr
 
 ATOMS = np.array([(0.0, 0.0, 0.0), (1.7, 0.0, 0.0), (0.85, 1.45, 0.0)])
 SIZES = np.array([1.0, 1.3, 0.75])
-DECAY = 0.3
-BORN_MAYER = float(np.exp(-0.85 / DECAY))
+DECAY_LENGTH = 0.3
+BORN_MAYER = float(np.exp(-0.85 / DECAY_LENGTH))
 AXIS = np.array([1.0, 2.0, 3.0]) / np.sqrt(14)
 
 SETTLED = 2e-6  # errors below it are the sliding's last step, not the mesh's
@@ -61,17 +62,13 @@ COPIES = {
 }
 
 
-def born_mayer(motion: iv.RigidMotion | None = None, scale: float = 1.0) -> iv.ScalarField:
+def molecule(motion: iv.RigidMotion | None = None, scale: float = 1.0) -> iv.ScalarField:
     """Three unequal atoms, sampled anew on an upright grid of their own wherever they are."""
     motion = motion or iv.RigidMotion()
     atoms = motion.apply(scale * ATOMS)
-
-    def value(points: Floats) -> Floats:
-        away = np.linalg.norm(points[..., None, :] - atoms, axis=-1)
-        density: Floats = np.exp(-away / (DECAY * scale)) @ SIZES
-        return density
-
-    return on_own_grid(value, atoms, 1.25 * scale, 0.08 * scale)
+    bounds, shape = own_grid(atoms, 1.25 * scale, 0.08 * scale)
+    decay = 1 / (DECAY_LENGTH * scale)
+    return born_mayer(atoms, strength=SIZES, decay=decay, bounds=bounds, shape=shape)
 
 
 def resampled(
@@ -91,19 +88,20 @@ def resampled(
 
     points = motion.apply(scale * iv.contour(field, isovalue).points)
     step = scale * float(field.spacing.min())
-    return on_own_grid(value, points, 5 * step, step)
+    bounds, shape = own_grid(points, 5 * step, step)
+    return iv.ScalarField.from_function(value, bounds, shape, logarithmic=True)
 
 
-def on_own_grid(
-    value: Callable[[Floats], Floats], points: Floats, margin: float, step: float
-) -> iv.ScalarField:
-    """Samples around points; no two boxes put them at the same places of the shape."""
+def own_grid(
+    points: Floats, margin: float, step: float
+) -> tuple[tuple[Floats, Floats], tuple[int, int, int]]:
+    """Bounds and shape around points; no two grids have samples at the same places of them."""
     low = points.min(axis=0) - margin
     counts = np.ceil((np.ptp(points, axis=0) + 2 * margin) / step).astype(int) + 1
     own = step * (0.37 + 0.2 * np.sin(1e3 * low))  # a part of a step
     high = low + (counts - 1) * step
-    bounds = tuple(low + own), tuple(high + own)
-    return iv.ScalarField.from_function(value, bounds, tuple(counts), logarithmic=True)
+    nx, ny, nz = counts.tolist()
+    return (low + own, high + own), (nx, ny, nz)
 
 
 @dataclass(frozen=True)
@@ -124,8 +122,8 @@ def nulls() -> Iterator[Null]:
     """Every copy of both surfaces."""
     density = iv.better_interpolation(iv.read_field(water_pair()[0]), DENSITY)
     for name, motion in COPIES.items():
-        yield null("Born-Mayer", name, born_mayer(), born_mayer(motion), BORN_MAYER)
-    yield null("Born-Mayer", SCALED, born_mayer(), born_mayer(scale=1.01), BORN_MAYER)
+        yield null("Born-Mayer", name, molecule(), molecule(motion), BORN_MAYER)
+    yield null("Born-Mayer", SCALED, molecule(), molecule(scale=1.01), BORN_MAYER)
     there = replace(density, origin=density.origin + 0.2 * AXIS)
     yield null("water", "shifted by 0.2, same samples", density, there, DENSITY)
     for name, motion in COPIES.items():

@@ -22,6 +22,7 @@ from isovary.meshing._edits import edges_with_sides
 from isovary.meshing._finish import _nodes, finished
 from isovary.meshing._moves import centroid_step, truss_step
 from isovary.meshing._remesh import split_edges
+from isovary.potentials import born_mayer
 from isovary.projection import project
 
 MESHERS = {"marching_cubes": iv.marching_cubes, "distmesh": iv.distmesh, "particles": iv.particles}
@@ -36,14 +37,9 @@ def ball(low, high, shape) -> iv.ScalarField:
 @cache
 def molecule() -> iv.ScalarField:
     """Born-Mayer repulsion of three atoms in a box so low that it cuts them above and below."""
-    atoms, reach = np.array([(0, 0, 0), (1.7, 0, 0), (0.85, 1.45, 0)]), 0.3
-
-    def value(points):
-        distance = np.linalg.norm(points[..., None, :] - atoms, axis=-1)
-        return reach * np.log(np.exp(-distance / reach).sum(axis=-1))
-
+    atoms = [(0, 0, 0), (1.7, 0, 0), (0.85, 1.45, 0)]
     box = ((-0.9, -0.6, -0.5), (2.6, 2.05, 0.5))
-    return iv.ScalarField.from_function(value, box, (36, 27, 11))
+    return born_mayer(atoms, strength=1.0, decay=1 / 0.3, bounds=box, shape=(36, 27, 11))
 
 
 def on_face(points: np.ndarray, field: iv.ScalarField) -> np.ndarray:
@@ -143,7 +139,7 @@ def test_molecule_cut_above_and_below(mesher, vertices):
     """Oracle: data. Three atoms' ring with two rims outside and two inside, or as contoured: the
     rims exact, no sliver.
     """
-    field, isovalue = molecule(), -0.85
+    field, isovalue = molecule(), float(np.exp(-0.85 / 0.3))
     surface = MESHERS[mesher](field, isovalue, vertices=vertices)
     check_rims(surface, field, isovalue)
     expected = iv.topology(iv.contour(field, isovalue).triangles)

@@ -7,6 +7,7 @@ import pytest
 
 import isovary as iv
 from isovary.families import blended, sweep_family
+from isovary.potentials import born_mayer
 from isovary.topology_change import _to_critical, topology_change
 
 NOTHING = iv.Topology(0, 0, 0, 0)
@@ -16,19 +17,16 @@ TORUS = iv.Topology(1, 0, 0, 1)
 OFF = np.array([0.013, 0.021, -0.017])  # no critical point lies on a sample
 
 
-def field(function, high, shape, *, low=None, logarithmic=False):
+def field(function, high, shape, *, low=None):
     low = -np.asarray(high) if low is None else low
-    return iv.ScalarField.from_function(function, (low, high), shape, logarithmic=logarithmic)
+    return iv.ScalarField.from_function(function, (low, high), shape)
 
 
 def atoms(distance, strength=1.0):
     """Two Born-Mayer atoms, strength exp(-r) each, with a saddle midway at OFF."""
     centers = [OFF + np.array([side * distance / 2, 0, 0]) for side in (-1, 1)]
-
-    def density(p):
-        return strength * sum(np.exp(-np.linalg.norm(p - c, axis=-1)) for c in centers)
-
-    return field(density, (2.5, 1.7, 1.7), (52, 36, 34), logarithmic=True)
+    box = (-2.5, -1.7, -1.7), (2.5, 1.7, 1.7)
+    return born_mayer(centers, strength=strength, decay=1.0, bounds=box, shape=(52, 36, 34))
 
 
 def squares(center, box, shape):

@@ -10,8 +10,9 @@ from oracles import sphere_signature
 
 import isovary as iv
 from isovary.data import water_pair
+from isovary.potentials import born_mayer
 
-DECAY, LEVEL = 0.3, float(np.exp(-0.85 / 0.3))
+DECAY_LENGTH, LEVEL = 0.3, float(np.exp(-0.85 / 0.3))
 ATOMS = np.array([(0.0, 0.0, 0.0), (1.7, 0.0, 0.0), (0.85, 1.45, 0.0)])
 SIZES = np.array([1.0, 1.3, 0.75])  # three unequal atoms: no symmetry but their plane's mirror
 
@@ -26,16 +27,14 @@ def turn(axis, angle):
 def molecule(motion=None, scale=1.0):
     """The atoms moved and sampled anew, on an upright grid that knows nothing of the motion."""
     atoms = scale * ATOMS if motion is None else motion.apply(scale * ATOMS)
-
-    def value(points):
-        away = np.linalg.norm(points[..., None, :] - atoms, axis=-1)
-        return np.exp(-away / (DECAY * scale)) @ SIZES
-
     step = 0.1
     low = np.floor((atoms.min(axis=0) - 1.25) / step) * step + 0.037
     counts = np.ceil((atoms.max(axis=0) + 1.25 - low) / step).astype(int) + 1
     high = low + (counts - 1) * step
-    return iv.ScalarField.from_function(value, (low, high), tuple(counts), logarithmic=True)
+    decay = 1 / (DECAY_LENGTH * scale)
+    return born_mayer(
+        atoms, strength=SIZES, decay=decay, bounds=(low, high), shape=tuple(counts.tolist())
+    )
 
 
 def small(base, perturbed, isovalue=LEVEL, **options):
@@ -125,17 +124,10 @@ OFF = np.array([0.013, 0.021, -0.017])  # no critical point lies on a sample
 CRITICAL = 2 * np.log(2 * A / ISOVALUE) / B  # the density midway is 2 A exp(-B d / 2)
 
 
-def density(*places, strengths=None, high=(2.6, 1.5, 1.5), shape=(61, 37, 37)):
-    """A sum of Born-Mayer atoms, A exp(-B r) times a strength."""
-    centres = np.array(places) + OFF
-    weights = A * np.ones(len(centres)) if strengths is None else np.array(strengths)
-
-    def value(points):
-        away = np.linalg.norm(points[..., None, :] - centres, axis=-1)
-        return np.exp(-B * away) @ weights
-
-    low = -np.array(high)
-    return iv.ScalarField.from_function(value, (low, high), shape, logarithmic=True)
+def density(*places, strengths=A, high=(2.6, 1.5, 1.5), shape=(61, 37, 37)):
+    """A sum of Born-Mayer atoms, off the samples."""
+    box = -np.array(high), high
+    return born_mayer(np.array(places) + OFF, strength=strengths, decay=B, bounds=box, shape=shape)
 
 
 def pair(distance):

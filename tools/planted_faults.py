@@ -18,6 +18,7 @@ from pathlib import Path
 from fault import Fault
 from faults_of_carrying import CARRYING
 from faults_of_groups import GROUPS
+from faults_of_making import MAKING
 
 ROOT = Path(__file__).parents[1]
 OPERATORS = "tests/contracts/test_laplacian.py"
@@ -527,6 +528,7 @@ FAULTS = (
     ),
     *CARRYING,
     *GROUPS,
+    *MAKING,
 )
 
 
