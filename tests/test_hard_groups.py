@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from inspect import signature
 from itertools import combinations, product
 
 import numpy as np
@@ -281,6 +282,16 @@ def test_rows_beyond_the_sample_follow_the_nearest_in_it():
     assert same_groups(found.labels, groups[nearest])
     for group, center in enumerate(found.centers):
         np.testing.assert_allclose(center, np.median(rows[found.labels == group], axis=0))
+
+
+def test_up_to_6000_rows_nothing_is_left_to_chance():
+    """Oracle: peer. SciPy's tree of all rows of a mesh of usual size, whatever the seed."""
+    rows = np.random.default_rng(14).random((3500, 2))
+    found = agglomerative(rows, 5, rng=2)
+    groups = hierarchy.fcluster(hierarchy.linkage(rows, "average", "cityblock"), 5, "maxclust")
+    assert same_groups(found.labels, groups)
+    assert signature(agglomerative).parameters["samples"].default == 6000
+    assert signature(dendrogram).parameters["samples"].default == 6000
 
 
 def test_merges_draw_and_weights_move_the_centers():

@@ -34,13 +34,14 @@ def check_numbers(
     order: int,
     pairs: int,
     times: int,
-    groups: int,
+    groups: int | str,
     accuracy: float | None,
     noise_meshes: int,
 ) -> None:
     """Values that would fail only after minutes of work fail now."""
-    bounds = {"pairs": (pairs, 10), "times": (times, 2), "groups": (groups, 1)}
-    bounds["noise_meshes"] = (noise_meshes, 1)
+    bounds = {"pairs": (pairs, 10), "times": (times, 2), "noise_meshes": (noise_meshes, 1)}
+    if groups != "auto":
+        bounds["groups"] = (_number_of_groups(groups), 1)
     for name, (value, least) in bounds.items():
         if value < least:
             raise ArgumentError("A02", f"{name}: expected at least {least}, got {value}")
@@ -59,6 +60,12 @@ def check_numbers(
             f"vertices: expected at least {least} for {pairs} eigenpairs on this mesh and on the "
             f"coarser one of the noise floor, got {vertices}; ask for more, or for fewer pairs",
         )
+
+
+def _number_of_groups(groups: int | str) -> int:
+    if isinstance(groups, str):
+        raise ArgumentError("A02", f"groups: expected a number or 'auto', got {groups!r}")
+    return groups
 
 
 def check_methods(

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from .difference import change_norm
 from .errors import ArgumentError, CorrespondenceError
 from .extrinsic import Kind, extrinsic_summary, kinds_of_change
 from .geometry import Bools, Floats, Ints, Topology, node_areas, topology
-from .groups import Clustering, GroupFacts, group_table, groups_above_noise
+from .groups import Clustering, GroupFacts, group_table, grouped
 from .isometry import Distortion, distortion
 from .laplacian import fem
 from .levels import (
@@ -275,7 +275,7 @@ def compare(
     order: int = 2,
     pairs: int = 300,
     times: int = 100,
-    groups: int = 3,
+    groups: int | Literal["auto"] = 3,
     clustering: Clustering = k_medians,
     area_weighted: bool = False,
     mesher: Mesher = marching_cubes,
@@ -315,8 +315,10 @@ def compare(
         pairs see finer scales. A multiplet cut by the count is left out.
     times : int
         Diffusion times, logarithmic; the number of samples of any other signature.
-    groups : int
-        Groups of significant nodes; fewer where they do not differ by more than noise.
+    groups : int or "auto"
+        Groups of significant nodes; fewer where they do not differ by more than noise. "auto"
+        takes the number, up to 8, with the best silhouette of those that repeat on parts of
+        the nodes, one if none does; see :func:`isovary.choose_count`.
     clustering : callable
         A method of :mod:`isovary.clustering`, with options through functools.partial:
         ``partial(k_medians, metric="l2")``.
@@ -415,8 +417,8 @@ def compare(
             only_matching,
         )
         solved = _solved(task, times, walk, vertices, accuracy, noise_meshes)
-    group = partial(clustering, rng=rng)
-    result = _measured(task, solved, groups, group, area_weighted, walk)
+    group = partial(grouped, count=groups, clustering=partial(clustering, rng=rng), seed=rng)
+    result = _measured(task, solved, group, area_weighted, walk)
     asked = {
         "vertices": "by accuracy" if vertices is None else vertices,
         "accuracy": accuracy or WANTED_NOISE,
@@ -460,8 +462,7 @@ def _solved(
 def _measured(
     task: Task,
     solved: Refinement,
-    count: int,
-    clustering: Clustering,
+    group: Callable[..., tuple[Clusters, dict[str, object]]],
     area_weighted: bool,
     walk: Walk,
 ) -> Comparison:
@@ -479,7 +480,7 @@ def _measured(
     with walk.stage("groups"):
         significant = change_norm(change) > SIGNIFICANCE * change_norm(floor)
         weights = node_areas(level.base.points, level.base.triangles) if area_weighted else None
-        clusters = groups_above_noise(change, floor, significant, count, clustering, weights)
+        clusters, chosen = group(change, floor, significant, weights=weights)
     with walk.stage("mesh quality"):
         sizing = task.methods.sizing
         base_quality = mesh_quality(level.base, task.base, isovalue, sizing=sizing)
@@ -518,6 +519,7 @@ def _measured(
             **task.choices,
             **solved.facts,
             **noises,
+            **chosen,
         },
         timings={},
     )

@@ -96,7 +96,7 @@ def agglomerative(
     linkage: Linkage = "average",
     weights: ArrayLike | None = None,
     rng: int | np.random.Generator = 0,
-    samples: int = 3000,
+    samples: int = 6000,
 ) -> Clusters:
     """Groups that are left when the two nearest groups of rows merge again and again.
 
@@ -145,7 +145,10 @@ def agglomerative(
     the rows matters.
 
     Cost: with s samples s^2 T for their distances, s^2 for the merges, n s T to find the
-    nearest, and 16 s^2 bytes; 8 to 20 s for 50 000 rows, 100 times.
+    nearest, and 12 s^2 bytes; 25 s and 0.6 GB for 50 000 rows, 100 times. Beyond the samples
+    the draw decides much: on 12 000 rows that change gradually, the three groups of two seeds
+    agree to 0.85 and their five groups to 0.5 (adjusted Rand index), with 3000 samples as with
+    6000.
 
     References
     ----------
@@ -171,7 +174,7 @@ def dendrogram(
     linkage: Linkage = "average",
     weights: ArrayLike | None = None,
     rng: int | np.random.Generator = 0,
-    samples: int = 3000,
+    samples: int = 6000,
 ) -> Dendrogram:
     """The tree of merges from which :func:`isovary.agglomerative` cuts its groups.
 

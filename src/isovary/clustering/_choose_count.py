@@ -1,4 +1,4 @@
-"""How many groups: silhouettes, and how alike the groups of other samples are."""
+"""How many groups: silhouettes, gaps, and how alike the groups of other samples are."""
 
 from __future__ import annotations
 
@@ -14,6 +14,8 @@ from ..errors import ArgumentError
 from ..geometry import Floats, Ints, frozen
 from ..records import Clusters
 from ..row_distances import Metric, distances
+from ._gap import gaps
+from ._rand_index import adjusted_rand_index
 from ._rows import Rows, checked_rows
 
 _SHARE = 0.8  # of the sample goes into each run
@@ -43,17 +45,35 @@ class CountChoice:
     stability : array (c,)
         Mean :func:`adjusted_rand_index` of pairs of runs; 1 if they all agree, about 0 if
         they agree as chance does.
+    gap : array (c + 1,), optional
+        Of one group, then of the counts: by how much the logarithm of the spread within the
+        groups is below that of rows without structure. None if it was not asked for.
+    gap_error : array (c + 1,), optional
+        Its standard error.
     """
 
     counts: Ints
     silhouette: Floats
     error: Floats
     stability: Floats
+    gap: Floats | None = None
+    gap_error: Floats | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "counts", frozen(self.counts, np.int64))
         for name in ("silhouette", "error", "stability"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+        for name in ("gap", "gap_error"):
+            value = getattr(self, name)
+            if value is None:
+                continue
+            object.__setattr__(self, name, frozen(value))
+            if np.shape(value) != (len(self.counts) + 1,):
+                raise ArgumentError(
+                    "A03",
+                    f"{name}: expected shape ({len(self.counts) + 1},), of one group and of each "
+                    f"count, got {np.shape(value)}",
+                )
 
     @property
     def best(self) -> int:
@@ -67,6 +87,17 @@ class CountChoice:
         enough = self.silhouette >= self.silhouette[highest] - self.error[highest]
         return int(self.counts[enough][0])
 
+    @property
+    def best_gap(self) -> int:
+        """The smallest count k, of 1 and those tried, with gap(k) >= gap(next) - error(next).
+
+        The largest if there is none: then more should be tried. -1 if no gap is known.
+        """
+        if self.gap is None or self.gap_error is None or np.isnan(self.gap).any():
+            return -1
+        enough = self.gap[:-1] >= self.gap[1:] - self.gap_error[1:]
+        return int(np.append(1, self.counts)[np.append(enough, True)][0])
+
 
 def choose_count(
     rows: ArrayLike,
@@ -78,6 +109,7 @@ def choose_count(
     rng: int | np.random.Generator = 0,
     samples: int = 1500,
     repeats: int = 5,
+    references: int = 0,
 ) -> CountChoice:
     """Groups samples of the rows into several numbers of groups, to say which number fits.
 
@@ -88,6 +120,15 @@ def choose_count(
     (:func:`adjusted_rand_index`, the stability)? ``best`` follows from the first by the
     one-standard-error rule; a best count whose stability is far below 1 is no finding. Neither
     can speak for a single group.
+
+    That can the gap: with W(k) the summed distance of the rows to the median of their group
+    (squared distance to the mean for "l2"),
+
+    gap(k) = mean over references of log W*(k) - mean over parts of log W(k),
+
+    where W* is the same of as many rows drawn uniformly from the box around the sample along
+    its principal axes. ``best_gap`` follows. It counts clumps: rows that change gradually from
+    one place to the next, dense at one end, are one clump to it, however far it reaches.
 
     Parameters
     ----------
@@ -107,6 +148,9 @@ def choose_count(
         Rows in the sample; all, if there are fewer.
     repeats : int
         Runs for each count, at least 2.
+    references : int
+        Samples without structure for the gap; 20 are plenty, with 0 it is not asked for. The
+        silhouettes and stabilities are the same, whether it is or not.
 
     Returns
     -------
@@ -117,19 +161,27 @@ def choose_count(
     ClusterError
         K02 if there are fewer distinct rows than groups, among all rows or in a part.
     ArgumentError
-        A02 for counts below 2 or none, samples below 3, repeats below 2, an unknown metric or
-        weights that are not positive; A03 for rows that are not (n, T) or weights not (n,).
+        A02 for counts below 2 or none, samples below 3, repeats below 2, references below 0,
+        an unknown metric or weights that are not positive; A03 for rows that are not (n, T) or
+        weights not (n,).
 
     Notes
     -----
-    Cost: repeats times the number of counts runs of the method on 0.8 samples rows, and
-    samples^2 T for the distances, whatever n is.
+    Cost: repeats + references times the number of counts runs of the method on 0.8 samples
+    rows, and samples^2 T for the distances, whatever n is.
+
+    Of columns that go together, as the times of a signature do, the box knows: their many
+    sides are a few long principal axes and the rest so short that they decide nothing, where a
+    box along the columns would be a cube and make any rows seem clumped (version b of
+    Tibshirani et al.).
 
     References
     ----------
     P. J. Rousseeuw, *Silhouettes*, J. Comput. Appl. Math. 20 (1987) 53-65. A. Ben-Hur,
     A. Elisseeff, I. Guyon, *A stability based method for discovering structure in clustered
-    data*, Pac. Symp. Biocomputing 7 (2002) 6-17. L. Breiman et al., *Classification and
+    data*, Pac. Symp. Biocomputing 7 (2002) 6-17. R. Tibshirani, G. Walther, T. Hastie,
+    *Estimating the number of clusters in a data set via the gap statistic*, J. R. Stat. Soc. B
+    63 (2001) 411-423. L. Breiman et al., *Classification and
     Regression Trees*, 1984, section 3.4.3 (the one-standard-error rule).
 
     Examples
@@ -139,33 +191,38 @@ def choose_count(
     >>> choice = choose_count(rows, k_medians, range(2, 5))
     >>> choice.best, float(choice.stability[1])
     (3, 1.0)
+    >>> choose_count(rows, k_medians, range(2, 5), references=5).best_gap
+    3
     """
     tried = sorted(set(counts))
-    _check(tried, samples, repeats)
+    _check(tried, samples, repeats, references)
     known = checked_rows(rows, tried[-1], weights=weights, metric=metric)
     generator = np.random.default_rng(rng)
     sample = known.sample(samples, generator)
     parts = [_part(sample, generator) for _ in range(repeats)]
     table = distances(sample.data, sample.data, metric)
-    found = []
-    for count in tried:
-        seeds = generator.integers(2**31, size=repeats)
-        runs = [
-            _labels(method, sample.data, part, count, int(seed))
-            for part, seed in zip(parts, seeds, strict=True)
-        ]
-        found.append(_judged(runs, parts, table))
-    means, errors, agreements = np.array(found).T
-    return CountChoice(np.array(tried), means, errors, agreements)
+    runs = [_runs(method, sample.data, parts, count, generator) for count in tried]
+    judged = np.array([_judged(labels, parts, table) for labels in runs])
+    means, errors, agreements = judged.T
+    gap = gap_error = None
+    if references:
+
+        def group(data: Floats, count: int) -> Ints:
+            return method(data, count, rng=int(generator.integers(2**31))).labels
+
+        gap, gap_error = gaps(sample.data, runs, group, tried, metric, references, generator)
+    return CountChoice(np.array(tried), means, errors, agreements, gap, gap_error)
 
 
-def _check(counts: Sequence[int], samples: int, repeats: int) -> None:
+def _check(counts: Sequence[int], samples: int, repeats: int, references: int) -> None:
     if not counts or counts[0] < 2:
         raise ArgumentError("A02", f"counts: expected numbers of 2 or more, got {list(counts)}")
     if samples < 3:
         raise ArgumentError("A02", f"samples: expected 3 or more, got {samples}")
     if repeats < 2:
         raise ArgumentError("A02", f"repeats: expected 2 or more, got {repeats}")
+    if references < 0:
+        raise ArgumentError("A02", f"references: expected 0 or more, got {references}")
 
 
 def _part(sample: Rows, generator: np.random.Generator) -> Ints:
@@ -176,11 +233,17 @@ def _part(sample: Rows, generator: np.random.Generator) -> Ints:
     return np.sort(drawn)
 
 
-def _labels(method: Method, data: Floats, part: Ints, count: int, seed: int) -> Ints:
-    """Labels of the sample's rows, -1 for those not in the part."""
-    labels = np.full(len(data), -1, dtype=np.int64)
-    labels[part] = method(data[part], count, rng=seed).labels
-    return labels
+def _runs(
+    method: Method, data: Floats, parts: list[Ints], count: int, generator: np.random.Generator
+) -> list[Ints]:
+    """For each part the labels of the sample's rows, -1 for those not in the part."""
+    seeds = generator.integers(2**31, size=len(parts))
+    runs = []
+    for part, seed in zip(parts, map(int, seeds), strict=True):
+        labels = np.full(len(data), -1, dtype=np.int64)
+        labels[part] = method(data[part], count, rng=seed).labels
+        runs.append(labels)
+    return runs
 
 
 def _judged(runs: list[Ints], parts: list[Ints], table: Floats) -> tuple[float, float, float]:
@@ -289,66 +352,3 @@ def _mean_silhouette(table: Floats, labels: Ints, weights: Floats) -> float:
     score = np.divide(outer - inner, larger, out=np.zeros_like(larger), where=larger > 0)
     score[alone] = 0.0
     return float(weights @ score / weights.sum())
-
-
-def adjusted_rand_index(first: ArrayLike, second: ArrayLike) -> float:
-    r"""How alike two groupings of the same things are, whatever their groups are called.
-
-    Of all pairs, count those that lie together in both groupings, A; in the first, B; in the
-    second, C. By chance A would be E = B C / (number of pairs). The index is
-
-    .. math:: \frac{A - E}{(B + C) / 2 - E} .
-
-    Parameters
-    ----------
-    first, second : array (n,)
-        Group of each thing; what is below 0 in either is left out.
-
-    Returns
-    -------
-    float
-        1 for the same groups, 0 on average for independent ones, NaN for less than one pair.
-
-    Raises
-    ------
-    ArgumentError
-        A03 if the labels are not two arrays (n,).
-
-    Notes
-    -----
-    Cost: n log n.
-
-    References
-    ----------
-    L. Hubert, P. Arabie, *Comparing partitions*, J. Classification 2 (1985) 193-218, eq. 5.
-
-    Examples
-    --------
-    Of 6 pairs A = 1, B = 2, C = 3, thus E = 1 and the index (1 - 1) / (2.5 - 1):
-
-    >>> adjusted_rand_index([0, 0, 1, 1], [5, 5, 5, 2])
-    0.0
-    """
-    one, other = np.asarray(first), np.asarray(second)
-    if one.ndim != 1 or one.shape != other.shape:
-        raise ArgumentError(
-            "A03", f"second: expected labels (n,) as the first, got {one.shape} and {other.shape}"
-        )
-    both = (one >= 0) & (other >= 0)
-    rows, columns = (np.unique(labels[both], return_inverse=True)[1] for labels in (one, other))
-    pairs = _pairs(np.array([both.sum()]))
-    if pairs < 1:
-        return float("nan")
-    cells = np.unique(np.stack([rows, columns]), axis=1, return_counts=True)[1]
-    together, in_first, in_second = (
-        _pairs(sizes) for sizes in (cells, np.bincount(rows), np.bincount(columns))
-    )
-    chance = in_first * in_second / pairs
-    most = (in_first + in_second) / 2
-    return 1.0 if most == chance else (together - chance) / (most - chance)
-
-
-def _pairs(sizes: Ints) -> float:
-    """Number of pairs within groups of these sizes."""
-    large = sizes.astype(float)
-    return float((large * (large - 1) / 2).sum())
