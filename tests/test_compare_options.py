@@ -11,7 +11,7 @@ import pytest
 from conftest import ELLIPSOID_ISOVALUE, ellipsoid_field
 
 import isovary as iv
-from isovary.cli import _part
+from isovary.cli._compare import _part
 
 
 def write(path, stretch):

@@ -26,7 +26,7 @@ ISOVALUE = ["--isovalue", str(ELLIPSOID_ISOVALUE)]
 
 def run(capsys, monkeypatch, *words) -> tuple[int, str, str]:
     """Exit code, output and errors of the command line."""
-    monkeypatch.setattr(cli, "app", partial(cli.app, list(map(str, words))))
+    monkeypatch.setattr("isovary.cli._app.app", partial(cli.app, list(map(str, words))))
     with pytest.raises(SystemExit) as ended:
         cli.main()
     said = capsys.readouterr()
@@ -86,7 +86,8 @@ def test_summary_is_enough_to_repeat_the_run(field, tmp_path, capsys, monkeypatc
     summary = json.loads((out / "summary.json").read_text(), parse_constant=pytest.fail)
     choices = summary["choices"]
     assert summary["isovary"] == iv.__version__
-    assert choices["field_file"] == str(field.resolve())
+    digest = sha256(field.read_bytes()).hexdigest()
+    assert choices["files"] == [{"path": str(field.resolve()), "array": "rho", "sha256": digest}]
     assert choices["samples"]["sha256"] == sha256(iv.read_field(field).values.tobytes()).hexdigest()
     assert choices["isovalue"] == ELLIPSOID_ISOVALUE
     assert choices["interpolation"] == "logarithmic"

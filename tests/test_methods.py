@@ -15,7 +15,8 @@ from contracts.test_signature import METHODS as SIGNATURES
 from oracles import hemisphere_signature
 
 import isovary as iv
-from isovary import cli
+from isovary.cli import _methods as words
+from isovary.cli import compare_files
 from isovary.methods import Methods, method_name
 
 OPERATORS = {name: method for name, (method, _) in METHODS.items()}
@@ -142,12 +143,12 @@ def test_only_consistent_finite_elements_have_their_order():
 
 def test_the_command_line_offers_every_method():
     """Oracle: data. The words of --laplacian and --signature cover the rooms."""
-    offered = {getattr(f, "func", f) for f in cli._LAPLACIANS.values()}
+    offered = {getattr(f, "func", f) for f in words.LAPLACIANS.values()}
     assert offered == {f for f in OPERATORS.values() if not isinstance(f, partial)}
-    assert set(cli._SIGNATURES.values()) == set(SIGNATURES.values())
-    hints = get_type_hints(cli.compare_files)
-    assert set(get_args(hints["laplacian"])) == set(cli._LAPLACIANS)
-    assert set(get_args(hints["signature"])) == set(cli._SIGNATURES)
+    assert set(words.SIGNATURES.values()) == set(SIGNATURES.values())
+    hints = get_type_hints(compare_files)
+    assert set(get_args(hints["laplacian"])) == set(words.LAPLACIANS)
+    assert set(get_args(hints["signature"])) == set(words.SIGNATURES)
 
 
 def test_dirichlet_is_refused_where_there_is_none(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ import isovary as iv
 FILES = {
     "change.vtu",
     "perturbed.vtu",
+    "both.png",
     "change.vtp",
     "details.png",
     "mesh_quality.png",
@@ -116,7 +118,8 @@ def test_summary_is_enough_to_repeat_the_run(run, result, files):
     assert {"python", "numpy", "scipy", "vtk"} <= set(summary["versions"])
     choices = summary["choices"]
     assert (choices["vertices"], choices["pairs"], choices["times"]) == (200, 60, 20)
-    assert choices["base_file"] == str(files[0].resolve())
+    assert [file["path"] for file in choices["files"]] == [str(file.resolve()) for file in files]
+    assert choices["files"][0]["sha256"] == sha256(files[0].read_bytes()).hexdigest()
     assert choices["base"]["sha256"] == result.choices["base"]["sha256"]
     assert summary["counts"]["nodes"] == len(result.base.points)
     assert sum(summary["counts"]["by_group"]) == summary["counts"]["significant"]

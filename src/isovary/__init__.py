@@ -43,6 +43,7 @@ from .correspondence import (
     isometric_match,
     normal_rays,
 )
+from .deform import Projectile, Region, dimple, shoot
 from .difference import change_norm, heat_trace_scale, mean_size, signature_difference
 from .embedding import classical_mds, universal_mds
 from .errors import (
@@ -102,6 +103,7 @@ from .meshing import (
     uniform_sizing,
 )
 from .noise import noise_floor, sampling_floor, truncation_floor
+from .potentials import born_mayer
 from .projection import project
 from .quality import MeshQuality, mesh_quality
 from .records import Clusters, Correspondence, Eigenpairs, Laplacian, Surface
@@ -155,6 +157,8 @@ __all__ = [
     "MeshError",
     "MeshQuality",
     "MovedField",
+    "Projectile",
+    "Region",
     "RigidMotion",
     "RunError",
     "ScalarField",
@@ -170,6 +174,7 @@ __all__ = [
     "audit",
     "better_interpolation",
     "blended",
+    "born_mayer",
     "carry",
     "carry_isometrically",
     "change_norm",
@@ -188,6 +193,7 @@ __all__ = [
     "differential_coordinates",
     "diffusion_radius",
     "diffusion_times",
+    "dimple",
     "disk",
     "distmesh",
     "distortion",
@@ -246,6 +252,7 @@ __all__ = [
     "scale_invariant_heat_kernel_signature",
     "shape_dna",
     "sheet",
+    "shoot",
     "signature_difference",
     "signature_kind",
     "silhouette",

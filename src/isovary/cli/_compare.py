@@ -1,0 +1,281 @@
+"""``isovary compare`` and ``isovary demo``."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Literal, cast
+
+import numpy as np
+from cyclopts import Parameter
+
+from ..comparison import Comparison, compare
+from ..data import water_pair
+from ..errors import ArgumentError, IsovaryError
+from ..io import read_field
+from ..io._atomic import check_output
+from ..io._results import save
+from ..scalar_field import ScalarField
+from ._app import app, progress, say
+from ._methods import CLUSTERINGS, LAPLACIANS, MATCHES, MESHERS, SIGNATURES, SIZINGS, WITH_BOUNDARY
+from ._record import command_line, file_facts
+
+_DEMO_ISOVALUE = 0.05
+
+
+@app.command
+def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("isovary-demo")) -> None:
+    """Compare the two electron densities of water that ship with isovary.
+
+    Parameters
+    ----------
+    out
+        Folder for the results.
+    """
+    paths = water_pair()
+    say("Water: one O-H bond goes from 0.95 to 1.00 angstrom; isosurface at 0.05 e/bohr^3.")
+    command = command_line("demo", demo, {"out": out})
+    _run(paths, lambda: [read_field(path) for path in paths], _DEMO_ISOVALUE, out, command, {})
+
+
+@app.command(name="compare")
+def compare_files(
+    base: Path,
+    perturbed: Path,
+    /,
+    *,
+    isovalue: float,
+    out: Annotated[Path, Parameter(name=["--out", "-o"])],
+    array: str | None = None,
+    perturbed_array: str | None = None,
+    spacing: tuple[float, float, float] | None = None,
+    origin: tuple[float, float, float] | None = None,
+    smooth: float | None = None,
+    vertices: int | None = None,
+    order: Literal[1, 2] = 2,
+    eigenpairs: int = 300,
+    times: int = 100,
+    groups: int | Literal["auto"] = 3,
+    cluster: Literal[
+        "k-medians",
+        "k-medoids",
+        "fuzzy-c-means",
+        "agglomerative",
+        "deterministic-annealing",
+        "norm-bins",
+    ] = "k-medians",
+    area_weighted: bool = False,
+    mesher: Literal["marching-cubes", "distmesh", "particles"] = "marching-cubes",
+    sizing: Literal["uniform", "curvature", "nonuniform"] = "uniform",
+    laplacian: Literal[
+        "fem",
+        "fem-lumped",
+        "cotangent",
+        "robust",
+        "mesh-laplacian",
+        "point-cloud",
+        "uniform-graph",
+        "knn-graph",
+        "epsilon-graph",
+    ] = "fem",
+    boundary: Literal["natural", "dirichlet"] = "natural",
+    signature: Literal[
+        "heat-kernel", "scale-invariant-heat-kernel", "wave-kernel", "global-point"
+    ] = "heat-kernel",
+    correspondence: Literal[
+        "carried", "isometric-match", "normal-rays", "closest-point"
+    ] = "carried",
+    align: bool = True,
+    isometric: bool = True,
+    through: Annotated[Sequence[Path], Parameter(consume_multiple=True)] = (),
+    only_matching: bool = False,
+    accuracy: str | None = None,
+    noise_meshes: int = 1,
+    seed: int = 7,
+) -> None:
+    """Compare the isosurfaces of two fields and write pictures, data and a report.
+
+    Parameters
+    ----------
+    base
+        Field file: .vti, .npy, .npz, .cube or .cube.gz.
+    perturbed
+        Field file of the run to compare with.
+    isovalue
+        Value of both isosurfaces, in the fields' unit.
+    out
+        Folder for the results; an earlier result in it is replaced.
+    array
+        Array to read, where a file holds several; "s[3]" takes index 3 of a 4-D array.
+    perturbed_array
+        The same for the perturbed file. Default: as --array.
+    spacing
+        Distance of samples along x, y, z for .npy and .npz files.
+    origin
+        Position of the first sample for .npy and .npz files.
+    smooth
+        Width of a Gaussian that smooths both fields first, in the unit of the spacing: for noisy
+        volumes, integers and masks.
+    vertices
+        Vertices of the base mesh. Default: the accuracy decides.
+    order
+        2: curved quadratic elements; 1: flat linear ones.
+    eigenpairs
+        Number of eigenpairs.
+    times
+        Number of diffusion times, or of what else the signature is sampled at.
+    groups
+        Number of groups of changed nodes; auto lets the data choose.
+    cluster
+        How they are grouped: around medians, around true rows, softly, by merging, by cooling
+        (which finds its own number, at most --groups), or by how much alone.
+    area_weighted
+        Each node counts as much as the area around it; if not, all alike.
+    mesher
+        How the base is meshed: marching cubes remeshed, a truss, or repelling particles.
+    sizing
+        Edge lengths: equal, shorter where the surface curves, or graded along x without regard
+        to shape (the thesis's, for comparison).
+    laplacian
+        Discretization of the Laplace-Beltrami operator. fem is the most accurate by far;
+        the others are the thesis's, for comparison.
+    boundary
+        Of open surfaces: natural (no heat crosses a rim), or dirichlet (0 there; fem and
+        cotangent only).
+    signature
+        What is compared at each node.
+    correspondence
+        carried: one mesh follows the field; the others mesh both isosurfaces independently and
+        match them by the map that changes lengths least, by rays or by closest points.
+    align
+        Take the best rigid motion between the isosurfaces out first.
+    isometric
+        Let the carried mesh slide to the map that changes lengths least; if not, it stays where
+        the normals met the perturbed isosurface.
+    through
+        Field files of members between base and perturbed, in order, through which the mesh is
+        carried: for large changes.
+    only_matching
+        Where components came, went, joined or parted, compare the others.
+    accuracy
+        Noise of the mesh over change that is good enough, as 5% or 0.05: the mesh is refined
+        until then. Default: 5%, with at most 2000 vertices.
+    noise_meshes
+        Coarser meshes that make the noise floor.
+    seed
+        Seed of the grouping.
+    """
+    given = dict(locals())
+
+    operator = LAPLACIANS[laplacian]
+    if boundary == "dirichlet":
+        if laplacian not in WITH_BOUNDARY:
+            raise ArgumentError(
+                "A02",
+                f"boundary: expected natural with --laplacian {laplacian}, got dirichlet; only "
+                f"{', '.join(WITH_BOUNDARY)} have one",
+            )
+        operator = partial(operator, dirichlet=True)
+    options = {
+        "mesher": partial(MESHERS[mesher], sizing=SIZINGS[sizing]),
+        "laplacian": operator,
+        "signature": SIGNATURES[signature],
+        "vertices": vertices,
+        "order": order,
+        "pairs": eigenpairs,
+        "times": times,
+        "groups": groups,
+        "clustering": CLUSTERINGS[cluster],
+        "area_weighted": area_weighted,
+        "correspondence": MATCHES[correspondence],
+        "align": align,
+        "isometric": isometric,
+        "only_matching": only_matching,
+        "accuracy": None if accuracy is None else _part(accuracy),
+        "noise_meshes": noise_meshes,
+        "rng": seed,
+    }
+    sources = [(base, array), *((path, array) for path in through)]
+    sources.append((perturbed, perturbed_array or array))
+
+    def read() -> list[ScalarField]:
+        fields = [read_field(path, a, spacing=spacing, origin=origin) for path, a in sources]
+        return fields if smooth is None else [field.smoothed(smooth) for field in fields]
+
+    paths = [path for path, _ in sources]
+    _run(paths, read, isovalue, out, command_line("compare", compare_files, given), options)
+
+
+def _part(text: str) -> float:
+    """A part given as 5% or 0.05."""
+    number = text.strip().removesuffix("%")
+    try:
+        return float(number) / (100 if number != text.strip() else 1)
+    except ValueError:
+        raise ArgumentError(
+            "A02", f"accuracy: expected a part such as 5% or 0.05, got {text}"
+        ) from None
+
+
+def _run(
+    paths: Sequence[Path],
+    read: Callable[[], list[ScalarField]],
+    isovalue: float,
+    out: Path,
+    command: str,
+    options: Mapping[str, object],
+) -> None:
+    """Read, compare, save, and say what came out."""
+    start = time.perf_counter()
+    check_output(out)
+    with progress() as tell, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        tell("reading", 0.0)
+        base, *through, perturbed = fields = read()
+        read_notes = tuple(dict.fromkeys(str(warning.message) for warning in caught))
+        facts = [file_facts(path, f.name) for path, f in zip(paths, fields, strict=True)]
+        reading = time.perf_counter() - start
+        try:
+            result = compare(
+                base,
+                perturbed,
+                isovalue,
+                through=through,
+                progress=lambda s, d: tell(s, 0.75 * d),
+                **options,  # type: ignore[arg-type]
+            )
+        except IsovaryError as error:  # what was noticed on reading may tell why
+            for note in read_notes:
+                error.add_note(f"note: {note}")
+            raise
+        result = replace(
+            result,
+            choices={"command": command, "files": facts, **result.choices},
+            notes=read_notes + result.notes,
+            timings={"reading": reading, **result.timings},
+        )
+        save(result, out, progress=lambda s, d: tell(s, 0.75 + 0.25 * d))
+    _tell_result(result, out, time.perf_counter() - start)
+
+
+def _tell_result(result: Comparison, out: Path, seconds: float) -> None:
+    norm = result.change_norm
+    most = np.nanmax(norm[result.significant] if result.significant.any() else norm)
+    steps = cast(list[dict[str, float]], result.choices["refinement"])
+    meshes = ", ".join(f"{step['vertices']}" for step in steps) + " vertices"
+    for note in result.notes:
+        say(f"note: {note}")
+    lines = [
+        f"largest change  {most:.3g} of the mean signature (mean over its columns)",
+        f"noise floor     {result.relative_noise:.2g} of the change (rms), meshes of {meshes}",
+        f"significant     {result.significant.mean():.0%} of {len(norm)} nodes",
+        f"coverage        {result.coverage:.1%}",
+        f"time            {seconds:.0f} s",
+        f"open            {out / 'report.html'}",
+    ]
+    for line in lines:
+        say(line)

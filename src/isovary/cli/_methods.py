@@ -1,0 +1,68 @@
+"""The words of the command line for the methods of each room."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+from .. import clustering as clusterings
+from .. import laplacian as operators
+from .. import signature as signatures
+from ..correspondence import closest_point, isometric_match, normal_rays
+from ..groups import Clustering
+from ..meshing import (
+    Mesher,
+    Sizing,
+    curvature_sizing,
+    distmesh,
+    marching_cubes,
+    nonuniform_sizing,
+    particles,
+    uniform_sizing,
+)
+from ..methods import Signature
+from ..records import Laplacian
+from ..task import Match
+
+MATCHES: dict[str, Match | None] = {
+    "carried": None,
+    "isometric-match": isometric_match,
+    "normal-rays": normal_rays,
+    "closest-point": closest_point,
+}
+LAPLACIANS: dict[str, Callable[..., Laplacian]] = {
+    "fem": operators.fem,
+    "fem-lumped": partial(operators.fem, lumped=True),
+    "cotangent": operators.cotangent,
+    "robust": operators.robust,
+    "mesh-laplacian": operators.mesh_laplacian,
+    "point-cloud": operators.point_cloud,
+    "uniform-graph": operators.uniform_graph,
+    "knn-graph": operators.knn_graph,
+    "epsilon-graph": operators.epsilon_graph,
+}
+WITH_BOUNDARY = ("fem", "fem-lumped", "cotangent")
+CLUSTERINGS: dict[str, Clustering] = {
+    "k-medians": clusterings.k_medians,
+    "k-medoids": clusterings.k_medoids,
+    "fuzzy-c-means": clusterings.fuzzy_c_means,
+    "agglomerative": clusterings.agglomerative,
+    "deterministic-annealing": clusterings.deterministic_annealing,
+    "norm-bins": clusterings.norm_bins,
+}
+SIGNATURES: dict[str, Signature] = {
+    "heat-kernel": signatures.heat_kernel_signature,
+    "scale-invariant-heat-kernel": signatures.scale_invariant_heat_kernel_signature,
+    "wave-kernel": signatures.wave_kernel_signature,
+    "global-point": signatures.global_point_signature,
+}
+MESHERS: dict[str, Mesher] = {
+    "marching-cubes": marching_cubes,
+    "distmesh": distmesh,
+    "particles": particles,
+}
+SIZINGS: dict[str, Sizing] = {
+    "uniform": uniform_sizing,
+    "curvature": curvature_sizing,
+    "nonuniform": nonuniform_sizing,
+}
