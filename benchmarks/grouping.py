@@ -22,7 +22,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from grouping_picture import Panel, draw_panels
+from grouping_picture import Panel, draw_panels, group_scores
 from measured_page import write_page
 
 import isovary as iv
@@ -444,11 +444,13 @@ SHORT = {
 
 def group_panel(name: str, pair: Pair, count: int, reference: Ints) -> tuple[float, Panel]:
     """IoU, and the groups in the colours of those of the reference that they continue."""
-    labels = METHODS[name](pair.change, count, rng=0).labels
+    groups = METHODS[name](pair.change, count, rng=0)
+    labels = groups.labels
     palette = iv.nested_colors([reference, labels], weights=pair.areas)[1]
     fit = best_group(labels, pair)
     words = SHORT[name], f"IoU {fit:.2f}"
-    return fit, Panel(pair.shown, palette[labels], *words, pair.tips, REGION)
+    scores = group_scores(pair.change, groups, pair.base)
+    return fit, Panel(pair.shown, palette[labels], *words, pair.tips, REGION, scores, palette)
 
 
 def embedding_panel(name: str, pair: Pair) -> Panel:
@@ -462,8 +464,18 @@ def draw_methods(pair: Pair) -> None:
     reference = iv.k_medians(pair.change, 2).labels
     found = [group_panel(name, pair, 2, reference) for name in SHORT]
     found.sort(key=lambda one: one[0], reverse=True)
-    truth = iv.group_colors(2)[pair.region.astype(int)]
-    panels = [Panel(pair.shown, truth, "the true region", "IoU 1", pair.tips, REGION)]
+    colors = iv.group_colors(2)
+    truth = Panel(
+        pair.shown,
+        colors[pair.region.astype(int)],
+        "the true region",
+        "IoU 1",
+        pair.tips,
+        REGION,
+        np.column_stack([np.full(len(pair.change), REGION), pair.angles.min(axis=1)]),
+        colors,
+    )
+    panels = [truth]
     panels += [panel for _, panel in found]
     panels += [embedding_panel(name, pair) for name in EMBEDDINGS]
     draw_panels(

@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import isovary as iv
-from isovary.geometry import Floats
+from isovary.geometry import Floats, edges_of, linear_triangles
+from isovary.row_distances import distances
 from isovary.view._camera import Camera
 from isovary.view._opengl import opengl_problem
 from isovary.view._scene import Scene
@@ -19,12 +20,20 @@ from isovary.view._tessellate import at_pieces, tessellate
 
 DARK, GREY = "#1d1d1f", "#555555"
 TOWARDS = np.array([0.5, 0.22, 0.84])
-SPLIT = 4
+SPLIT = 8
+
+
+AGREE = 0.995  # of the rows nearest to their own group's center: it was by centers
+ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """A surface with a colour (n, 3) at each node, words above it, and circles around its tips."""
+    """A surface with a colour (n, 3) at each node, words above it, and circles around its tips.
+
+    With ``scores`` (n, k), the smallest of which tells the group, and the groups' ``palette``
+    (k, 3), borders run where interpolated scores cross; without, colours are interpolated.
+    """
 
     surface: iv.Surface
     colors: Floats
@@ -32,6 +41,15 @@ class Panel:
     detail: str
     tips: Floats
     region: float
+    scores: Floats | None = None
+    palette: Floats | None = None
+
+    @property
+    def piece_colors(self) -> Floats:
+        """Colours of the pieces that the surface is drawn in."""
+        if self.scores is None or self.palette is None:
+            return np.clip(at_pieces(self.surface, SPLIT, self.colors), 0, 1)
+        return self.palette[at_pieces(self.surface, SPLIT, self.scores).argmin(axis=1)]
 
     def marked(self, detail: str) -> Panel:
         """With more to say, before the rest."""
@@ -91,10 +109,39 @@ def draw_surface(axes: Axes, panel: Panel) -> None:
         from isovary.view._render_vtk import draw
     else:
         from isovary.view._render_matplotlib import draw
-    colors = np.clip(at_pieces(surface, SPLIT, panel.colors), 0, 1)
-    draw(axes, Scene(tessellate(surface, SPLIT), colors), camera)
+    draw(axes, Scene(tessellate(surface, SPLIT), panel.piece_colors), camera)
     for tip in panel.tips:
         draw_circle(axes, camera, tip, panel.region)
+
+
+def group_scores(rows: Floats, groups: iv.Clusters, surface: iv.Surface) -> Floats:
+    """Scores (n, k) of a grouping of all nodes; the smallest tells the group.
+
+    Distances of the rows to the centers, if these made the groups, exchanged where another label
+    is nearer. For other methods, such as bins of norms, minus the groups' indicators, averaged
+    over neighbours three times: the border runs smoothly, within an edge of the labels' own.
+    """
+    labels, centers = groups.labels, groups.centers
+    tables = [distances(rows, centers, metric) for metric in ("l1", "l2")]
+    scores = max(tables, key=lambda table: (table.argmin(axis=1) == labels).mean())
+    first = scores.argmin(axis=1)
+    if (first == labels).mean() < AGREE:
+        return -averaged((labels[:, None] == np.arange(len(centers))) * 1.0, surface)
+    every = np.arange(len(rows))
+    scores[every, labels], scores[every, first] = scores[every, first], scores[every, labels]
+    return scores
+
+
+def averaged(values: Floats, surface: iv.Surface) -> Floats:
+    """Values (n, k) after a few rounds of the mean of a node and the mean of its neighbours."""
+    i, j = edges_of(linear_triangles(surface.triangles))[0].T
+    count = np.bincount(np.concatenate([i, j]))[:, None]
+    for _ in range(ROUNDS):
+        total = np.zeros_like(values)
+        np.add.at(total, i, values[j])
+        np.add.at(total, j, values[i])
+        values = (values + total / count) / 2
+    return values
 
 
 def draw_circle(axes: Axes, camera: Camera, tip: Floats, angle: float) -> None:

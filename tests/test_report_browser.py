@@ -7,10 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 
 import isovary as iv
+from isovary.color import group_colors
 from isovary.data import water_pair
+from isovary.geometry import linear_triangles, triangle_areas
 from isovary.view import write_report
+from isovary.view._borders import group_pieces, node_labels
+from isovary.view._paint import NEUTRAL, node_samples
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 SWITCHES = [
@@ -64,6 +69,14 @@ def marked(page):
         "Array.from(t.y)])"
     )
     return [name for name, _, _ in traces], [np.array(part) for part in traces[2][1:]]
+
+
+def trace(name):
+    return f"document.getElementById('surface').data.find(trace => trace.name === '{name}')"
+
+
+def faces(page):
+    return page.evaluate(f"Array.from({trace('groups')}.facecolor)")
 
 
 def shot(page):
@@ -137,20 +150,79 @@ def test_modes_groups_and_wireframe_change_the_picture(page, result):
         pictures[mode.inner_text()] = shot(page)
     assert len(set(pictures.values())) == len(pictures)
     page.click("[data-mode=groups] >> nth=0")
-    before = shot(page)
+    page.wait_for_timeout(200)
+    before, colors = shot(page), faces(page)
     page.click(".group[data-group='0']")
     page.wait_for_timeout(200)
-    colors = page.evaluate("Array.from(document.getElementById('surface').data[0].vertexcolor)")
-    grey = page.evaluate(
-        "JSON.parse(document.getElementById('data').textContent).scales.palette[1]"
+    first, grey = (
+        to_hex(color) for color in (group_colors(len(result.clusters.centers))[0], NEUTRAL)
     )
-    off = np.array([color == grey for color in colors])
-    np.testing.assert_array_equal(off, result.clusters.labels <= 0)
+    assert faces(page) == [grey if color == first else color for color in colors]
+    assert first in colors
     assert shot(page) != before
     page.click(".group[data-group='0']")
     page.check("#wireframe")
     page.wait_for_timeout(200)
     assert shot(page) != before
+    x, y, z = page.evaluate(f"['x', 'y', 'z'].map(k => Array.from({trace('wireframe')}[k]))")
+    lines = np.array([x, y, z], dtype=float).T.reshape(-1, 4, 3)
+    surface = result.perturbed
+    assert len(lines) == 3 * len(np.unique(surface.corners)) - 6  # each edge of a sphere once
+    assert np.isnan(lines[:, 3]).all()
+    middle = (lines[:, 0] + lines[:, 2]) / 2
+    length = np.linalg.norm(lines[:, 2] - lines[:, 0], axis=1)
+    assert (np.linalg.norm(lines[:, 1] - middle, axis=1) < 0.2 * length).all()
+    page.uncheck("#wireframe")
+
+
+def test_groups_are_drawn_with_their_borders(page, result):
+    """Oracle: algebra. Each group's area on the page is that of the triangles cut in Python."""
+    page.click("[data-mode=groups] >> nth=0")
+    page.wait_for_timeout(200)
+    parts = page.evaluate(
+        f"['x', 'y', 'z', 'i', 'j', 'k'].map(k => Array.from({trace('groups')}[k]))"
+    )
+    points = np.transpose(parts[:3])
+    triangles = np.transpose(parts[3:]).astype(int)
+    found = triangle_areas(points, triangles)
+    made = node_samples(result)
+    pieces, labels = group_pieces(result.base, made), node_labels(made)
+    whole = linear_triangles(result.base.triangles)
+    whole = whole[(labels[whole] == labels[whole[:, :1]]).all(axis=1)]
+    places = np.vstack([result.base.points, pieces.points(result.base.points)])
+    areas = triangle_areas(places, np.vstack([whole, pieces.triangles]))
+    owners = np.concatenate([labels[whole[:, 0]], pieces.labels])
+    assert len(pieces.triangles) > 100
+    colors = np.array(faces(page))
+    for group, color in enumerate(group_colors(len(result.clusters.centers))):
+        area = found[colors == to_hex(color)].sum()
+        assert area == pytest.approx(areas[owners == group].sum(), rel=1e-5)
+
+
+def test_both_surfaces_are_seen_from_one_side(page, result):
+    """Oracle: data. The perturbed surface beside the base, at its places, with one camera."""
+    page.check("#beside")
+    page.wait_for_selector("#second canvas")
+    page.wait_for_timeout(300)
+    places = page.evaluate(
+        "['x', 'y', 'z'].map(k => Array.from(document.getElementById('second').data[0][k]))"
+    )
+    np.testing.assert_allclose(np.transpose(places), result.perturbed.points, atol=1e-6)
+    eyes = "['surface', 'second'].map(k => document.getElementById(k).layout.scene.camera.eye)"
+    for scene in ("#surface", "#second"):
+        before = page.evaluate(eyes)[0]
+        page.locator(scene).scroll_into_view_if_needed()
+        box = page.locator(scene).bounding_box()
+        page.mouse.move(box["x"] + 200, box["y"] + 200)
+        page.mouse.down()
+        page.mouse.move(box["x"] + 290, box["y"] + 230, steps=5)
+        page.mouse.up()
+        page.wait_for_timeout(300)
+        first, second = page.evaluate(eyes)
+        assert first == second
+        assert np.hypot.reduce([first[k] - before[k] for k in "xyz"]) > 0.1
+    page.uncheck("#beside")
+    page.click("#front")
 
 
 def test_it_says_the_answer_and_asks_for_nothing(page, result):

@@ -6,12 +6,16 @@ import sys
 from base64 import b64decode
 from dataclasses import replace
 from html.parser import HTMLParser
-from itertools import combinations
 
 import numpy as np
 import pytest
 from matplotlib.collections import PolyCollection
-from matplotlib.text import Text
+from pictures import ball as _ball
+from pictures import check_texts as _check_texts
+from pictures import compare as _compare
+from pictures import dented as _dented
+from pictures import field as _field
+from pictures import words as _words
 
 import isovary as iv
 from isovary.geometry import triangle_areas
@@ -21,7 +25,6 @@ from isovary.view import _opengl, _paint, overview, write_report
 from isovary.view._camera import choose_camera, in_sight
 from isovary.view._overview import prepare
 from isovary.view._report_data import packed
-from isovary.view._report_plots import wireframe
 from isovary.view._tessellate import (
     at_pieces,
     edge_lines,
@@ -30,27 +33,6 @@ from isovary.view._tessellate import (
     tessellate,
 )
 from isovary.view._words import percent, verdict
-
-_BOX = ((-1.6, -1.6, -1.6), (1.6, 1.6, 1.6))
-
-
-def _field(function, name="density"):
-    field = iv.ScalarField.from_function(function, bounds=_BOX, shape=(24, 24, 24))
-    return replace(field, name=name)
-
-
-def _ball(p):
-    return 1.0 - np.linalg.norm(p, axis=-1)
-
-
-def _dented(p):
-    away = np.linalg.norm(p - np.array([0.0, 0.0, 1.0]), axis=-1)
-    return _ball(p) - 0.08 * np.exp(-((away / 0.5) ** 2))
-
-
-def _compare(base, perturbed, isovalue=0.0, **options):
-    options = {"pairs": 80, "vertices": 200, "times": 30} | options
-    return iv.compare(base, perturbed, isovalue, **options)
 
 
 @pytest.fixture(scope="module")
@@ -92,25 +74,6 @@ def half_lost(dented):
 @pytest.fixture
 def no_opengl(monkeypatch):
     monkeypatch.setenv("ISOVARY_NO_OPENGL", "1")
-
-
-def _texts(figure):
-    """The texts that are really drawn (an axis also owns tick labels outside its limits)."""
-    drawn = []
-    draw = Text.draw
-
-    def record(self, renderer):
-        drawn.append(self)
-        draw(self, renderer)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Text, "draw", record)
-        figure.draw_without_rendering()
-    return [text for text in drawn if text.get_text().strip()]
-
-
-def _words(figure):
-    return "\n".join(t.get_text() for t in _texts(figure))
 
 
 def test_lattice_covers_the_triangle_once():
@@ -266,16 +229,7 @@ def test_texts_do_not_overlap(half_lost, no_opengl):
     notes = ("A rather long remark about what may have gone wrong here. " * 4,) * 5
     choices = {**half_lost.choices, "field": "velocity_magnitude_of_the_second_phase_" * 3}
     figure = overview(replace(half_lost, notes=notes, choices=choices))
-    boxes = [(t.get_text(), t.get_window_extent()) for t in _texts(figure)]
-    for text, box in boxes:
-        assert figure.bbox.x0 <= box.x0, text
-        assert box.x1 <= figure.bbox.x1, text
-        assert figure.bbox.y0 <= box.y0, text
-        assert box.y1 <= figure.bbox.y1, text
-    for (one, a), (two, b) in combinations(boxes, 2):
-        wide = min(a.x1, b.x1) - max(a.x0, b.x0)
-        high = min(a.y1, b.y1) - max(a.y0, b.y0)
-        assert wide <= 1 or high <= 1, (one, two)
+    _check_texts(figure)
 
 
 def test_dollars_and_underscores_are_no_formulas(dented, no_opengl):
@@ -429,7 +383,7 @@ def test_report_loads_nothing(page):
     parser.feed(text)
     assert [(tag, load[:22]) for tag, load in parser.loads] == [
         ("img", "data:image/png;base64,")
-    ] * 2
+    ] * 3
     assert "default-src 'none'" in parser.policy
     assert "http" not in parser.policy
     assert "@import" not in text.split("<script>")[0]
@@ -481,18 +435,6 @@ def test_packed_values_unpack():
     assert (np.abs(found[:, 0] - values[:, 0]) <= 0.51 * span[0] / 65_534).all()
     np.testing.assert_array_equal(found[:, 2], 4.0)
     np.testing.assert_array_equal(np.isnan(found), np.isnan(values))
-
-
-def test_the_wireframe_is_the_perturbed_mesh(half_lost):
-    """Oracle: algebra. Each edge once, by its middle node: 3 V - 6 of a closed sphere."""
-    lines = wireframe(half_lost).reshape(-1, 4, 3)
-    surface = half_lost.perturbed
-    assert len(lines) == 3 * len(np.unique(surface.corners)) - 6
-    assert np.isnan(lines[:, 3]).all()
-    middle = (lines[:, 0] + lines[:, 2]) / 2
-    length = np.linalg.norm(lines[:, 2] - lines[:, 0], axis=1)
-    assert (np.linalg.norm(lines[:, 1] - middle, axis=1) < 0.1 * length).all()
-    assert (lines[:, 1] != middle).any()
 
 
 def test_closed_surfaces_are_seen_from_outside():

@@ -8,6 +8,9 @@ HARD = "tests/test_hard_groups.py"
 SOFT = "tests/test_soft_groups.py"
 EMBEDDING = "tests/test_embedding.py"
 COLOR = "tests/test_color.py"
+COUNT = "tests/test_count_choice.py"
+BORDERS = "tests/test_borders.py"
+PICTURES = "tests/test_pictures.py"
 
 GROUPS = (
     Fault(
@@ -163,5 +166,89 @@ GROUPS = (
         "free = set(range(len(before) + len(follows))) - set(before)",
         "free = set(range(len(before) + len(follows)))",
         (COLOR,),
+    ),
+    Fault(
+        "gap: error without the references' own",
+        "clustering/_gap.py",
+        "np.sqrt(1 + 1 / len(theirs))",
+        "1.0",
+        (COUNT,),
+    ),
+    Fault(
+        "gap: box along the columns",
+        "clustering/_gap.py",
+        "np.linalg.svd(data - middle, full_matrices=False)[2]",
+        "np.eye(data.shape[1])",
+        (COUNT,),
+    ),
+    Fault(
+        "best_gap: without its error",
+        "clustering/_choose_count.py",
+        "self.gap[1:] - self.gap_error[1:]",
+        "self.gap[1:]",
+        (COUNT,),
+    ),
+    Fault(
+        "auto groups: unstable counts taken",
+        "groups.py",
+        "choice.stability >= _STABLE",
+        "choice.stability >= 0",
+        (COUNT,),
+    ),
+    Fault(
+        "borders: as far from one group as from the next, on the wrong side",
+        "view/_borders.py",
+        "scores[:, other] - scores[:, group]",
+        "scores[:, group] - scores[:, other]",
+        (BORDERS,),
+    ),
+    Fault(
+        "borders: each piece with points of its own",
+        "view/_borders.py",
+        "cell = _SAME_PLACE *",
+        "cell = 1e-14 *",
+        (BORDERS,),
+    ),
+    Fault(
+        "rim band: contour off the level",
+        "view/_rim_band.py",
+        "part = height[:, i] / np",
+        "part = 0.5 * height[:, i] / np",
+        (PICTURES,),
+    ),
+    Fault(
+        "rim band at half the radius",
+        "view/_rim_band.py",
+        "float(diffusion_radius(time))",
+        "float(diffusion_radius(time)) / 2",
+        (PICTURES,),
+    ),
+    Fault(
+        "memberships of the wrong groups",
+        "view/_paint.py",
+        "parts @ color.srgb_to_oklab(palette)",
+        "parts[:, ::-1] @ color.srgb_to_oklab(palette)",
+        (PICTURES,),
+    ),
+    Fault(
+        "both: front and back swapped",
+        "view/_both.py",
+        "_share(gap - least), _share(-gap - least)",
+        "_share(-gap - least), _share(gap - least)",
+        (PICTURES,),
+    ),
+    Fault(
+        "both: far partners weigh more",
+        "view/_both.py",
+        "weights = 1 / np.maximum(away",
+        "weights = np.maximum(away",
+        (PICTURES,),
+    ),
+    Fault(
+        "dendrogram: cut one merge too low",
+        "view/_dendrogram.py",
+        "ends[len(ends) - count]),",
+        "ends[len(ends) - count - 1]),",
+        (PICTURES,),
     ),
 )

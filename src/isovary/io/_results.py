@@ -33,6 +33,8 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
     ``perturbed.vtu``     perturbed surface with its own signature
     ``change.vtp``        base surface in flat triangles, for any viewer
     ``overview.png``      the picture
+    ``details.png``       the other side, strain, histogram, groups by scale, eigenvalues
+    ``both.png``          base and perturbed surface, side by side and in one place
     ``mesh_quality.png``  the base's mesh: how good it is
     ``report.html``       one file, opens offline, the surface can be turned
     ``summary.json``      versions, choices, counts, noise, notes, timings
@@ -60,7 +62,7 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
     -----
     Cost: 10 s, most of it drawing; 20 MB for 4 000 nodes.
     """
-    from ..view import details, mesh_quality_figure, overview, write_report
+    from ..view import both, details, mesh_quality_figure, overview, write_report
     from ..view._words import title
 
     timings = dict(result.timings)
@@ -75,12 +77,15 @@ def save(result: Comparison, out: str | os.PathLike[str], progress: Progress | N
         with stage("details picture", 0.4, timings, progress):
             more = details(result)
             more.savefig(folder / "details.png")
-        with stage("mesh picture", 0.55, timings, progress):
+        with stage("picture of both surfaces", 0.5, timings, progress):
+            surfaces = both(result)
+            surfaces.savefig(folder / "both.png")
+        with stage("mesh picture", 0.6, timings, progress):
             words = f"isosurface {title(result)}, mesh of the base"
             figure = mesh_quality_figure(result.base, result.base_quality, words)
             figure.savefig(folder / "mesh_quality.png")
         with stage("report", 0.7, timings, progress):
-            write_report(result, folder / "report.html", pictures=(picture, more))
+            write_report(result, folder / "report.html", pictures=(picture, surfaces, more))
         summary = _summary(replace(result, timings=timings))
         write_summary(summary, folder)
     if progress:

@@ -15,9 +15,9 @@ from ..geometry import Floats, node_areas
 from ..signature import diffusion_radius
 from . import _paint as paint
 from ._curves import calm, round_ticks
-from ._marks import INK, SOFT, caption, color_bar, fit_line
+from ._marks import INK, SOFT, caption, color_bar, fit_line, legend
 from ._overview import prepare
-from ._panels import View, draw_surface, surface_axes
+from ._panels import View, draw_change, draw_surface, rim_legend, surface_axes
 from ._tessellate import at_pieces
 from ._words import answer, percent, title
 
@@ -81,7 +81,8 @@ def _other_side(figure: Figure, view: View) -> None:
     back = replace(view, camera=view.camera.opposite)
     axes = surface_axes(figure, (left, below, _WIDTH, _HEIGHT), back)
     limit = paint.norm_limit(view.result)
-    draw_surface(axes, back, paint.paint_norm(view.samples, limit))
+    draw_change(axes, back, limit)
+    legend(figure, rim_legend(view), (left + _WIDTH / 2, below + _HEIGHT + 0.022))
     if limit > 0:
         words = "mean change, %"
         box = (left + 0.03, below - 0.022, _WIDTH - 0.06, 0.011)

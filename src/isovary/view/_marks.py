@@ -7,11 +7,11 @@ from textwrap import wrap
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
 from ..geometry import Floats
 from ._camera import Camera
@@ -32,7 +32,9 @@ def fit_line(figure: Figure, x: float, y: float, words: str, width: float, **sty
     """One line of text with its top left corner at (x, y), made smaller if it is too wide."""
     text = figure.text(x, y, plain(words), va="top", **style)
     wide = text.get_window_extent().width / figure.bbox.width
-    text.set_fontsize(float(text.get_fontsize()) * min(1.0, width / wide))
+    while wide > width:  # letters do not shrink evenly
+        text.set_fontsize(0.995 * float(text.get_fontsize()) * width / wide)
+        wide = text.get_window_extent().width / figure.bbox.width
 
 
 def paragraphs(
@@ -73,16 +75,20 @@ def color_bar(
 
 
 def legend(
-    figure: Figure, entries: list[Patch], place: tuple[float, float], title: str | None = None
+    figure: Figure,
+    entries: Sequence[Artist],
+    place: tuple[float, float],
+    title: str | None = None,
+    columns: int = 3,
 ) -> None:
-    """Colour patches in rows of three, with their top centre at a place."""
+    """Colour patches and lines in rows, with their top centre at a place."""
     if not entries:
         return
     figure.legend(
         handles=entries,
         loc="upper center",
         bbox_to_anchor=place,
-        ncols=3,
+        ncols=columns,
         frameon=False,
         fontsize=8,
         handlelength=1.1,
@@ -126,9 +132,18 @@ def tripod(figure: Figure, box: Box, camera: Camera) -> None:
 
 def ring(axes: Axes, place: Floats) -> None:
     """A ring around a place in the picture, seen on every colour."""
+    _hollow(axes, place, "o")
+
+
+def diamond(axes: Axes, place: Floats) -> None:
+    """A diamond around a place in the picture, seen on every colour."""
+    _hollow(axes, place, "D")
+
+
+def _hollow(axes: Axes, place: Floats, shape: str) -> None:
     x, y = place[:2]
-    axes.plot(x, y, "o", ms=11, mfc="none", mec="white", mew=3.2, clip_on=False)
-    axes.plot(x, y, "o", ms=11, mfc="none", mec="black", mew=1.4, clip_on=False)
+    for color, width in (("white", 3.2), ("black", 1.4)):
+        axes.plot(x, y, shape, ms=11, mfc="none", mec=color, mew=width, clip_on=False)
 
 
 def number(axes: Axes, place: Floats, text: str) -> None:

@@ -11,6 +11,7 @@ from ._camera import Camera, choose_camera
 from ._marks import INK, SOFT, fit_line, paragraphs
 from ._opengl import opengl_problem
 from ._panels import View, change_panel, curves_panel, displacement_panel, groups_panel
+from ._rim_band import rim_band
 from ._tessellate import outside, tessellate
 from ._words import facts, peak, percent, title, verdict
 
@@ -56,7 +57,8 @@ def prepare(result: Comparison) -> View:
     split = _split(result, _PIECES if problem is None else _PIECES_WITHOUT_OPENGL)
     pieces, samples = tessellate(result.base, split), paint.piece_samples(result, split)
     marked = peak(result)
-    return View(result, pieces, samples, _camera(result, marked), marked, problem, split)
+    band = rim_band(result, pieces, split, marked)
+    return View(result, pieces, samples, _camera(result, marked), marked, problem, split, band)
 
 
 def _split(result: Comparison, pieces: int) -> int:

@@ -14,6 +14,7 @@ from ..difference import change_norm
 from ..extrinsic import Kind
 from ..geometry import Floats
 from ..noise import SIGNIFICANCE
+from ..records import Surface
 from ._tessellate import at_pieces, nearest_nodes
 
 NEUTRAL = to_rgb(color.NEUTRAL)
@@ -55,6 +56,8 @@ class Samples:
         Along the normal; length.
     known : array (k,)
         1 where there is a partner, else 0.
+    memberships : array (k, groups)
+        How far the place belongs to each group; (k, 0) where groups are hard.
     """
 
     norm: Floats
@@ -64,6 +67,7 @@ class Samples:
     scores: Floats
     displacement: Floats
     known: Floats
+    memberships: Floats
 
     @property
     def groups(self) -> np.ndarray:
@@ -78,7 +82,7 @@ def node_samples(result: Comparison) -> Samples:
     """What is known at the nodes of the base."""
     norm, noise = result.change_norm, change_norm(result.noise_floor)
     excess = np.abs(np.nan_to_num(norm - SIGNIFICANCE * noise)) + np.finfo(float).tiny
-    labels = result.clusters.labels
+    labels, shares = result.clusters.labels, result.clusters.memberships
     return Samples(
         norm=norm,
         noise=noise,
@@ -87,6 +91,7 @@ def node_samples(result: Comparison) -> Samples:
         scores=_scores(result),
         displacement=result.correspondence.distance,
         known=result.correspondence.found.astype(float),
+        memberships=np.empty((len(labels), 0)) if shares is None else shares,
     )
 
 
@@ -96,11 +101,13 @@ def piece_samples(result: Comparison, split: int) -> Samples:
     Borders of significance and of groups run where interpolated values cross,
     so they are smooth and still agree with every node.
     """
-    nodes = node_samples(result)
-    inside = {
-        f.name: at_pieces(result.base, split, getattr(nodes, f.name)) for f in fields(Samples)
-    }
-    inside["known"] = nodes.known[nearest_nodes(result.base, split)]
+    return spread(node_samples(result), result.base, split)
+
+
+def spread(nodes: Samples, surface: Surface, split: int) -> Samples:
+    """What is known at a surface's nodes, at the middle of each of its pieces."""
+    inside = {f.name: at_pieces(surface, split, getattr(nodes, f.name)) for f in fields(Samples)}
+    inside["known"] = nodes.known[nearest_nodes(surface, split)]
     return Samples(**inside)
 
 
@@ -139,9 +146,20 @@ def paint_displacement(samples: Samples, limit: float) -> Floats:
 
 
 def paint_groups(samples: Samples) -> Floats:
-    """Each group in its colour, neutral where there is none (k, 3)."""
+    """Each group in its colour, mixed by memberships; neutral where there is none (k, 3)."""
     palette = np.vstack([color.group_colors(samples.scores.shape[1]), NEUTRAL])
-    return _unknown(palette[samples.groups], samples)
+    colors = palette[samples.groups]
+    if samples.memberships.shape[1]:
+        some = (samples.groups >= 0) & np.isfinite(samples.memberships).all(axis=1)
+        colors[some] = blended(palette[:-1], samples.memberships[some])
+    return _unknown(colors, samples)
+
+
+def blended(palette: Floats, shares: Floats) -> Floats:
+    """Colours (k, 3) mixed of a palette (g, 3) by shares (k, g), evenly to the eye: in OKLab."""
+    parts = np.clip(shares, 0.0, None)
+    lab = parts @ color.srgb_to_oklab(palette) / parts.sum(axis=1, keepdims=True)
+    return np.clip(color.oklab_to_srgb(lab), 0.0, 1.0)
 
 
 def paint_strain(result: Comparison) -> Floats:

@@ -5,8 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from ..color import group_colors
@@ -14,7 +16,8 @@ from ..comparison import Comparison
 from ..geometry import Floats
 from . import _paint as paint
 from ._camera import Camera, in_sight
-from ._curves import curves_at, draw_change, draw_signatures
+from ._curves import curves_at, draw_signatures
+from ._curves import draw_change as draw_curve
 from ._marks import (
     INK,
     SOFT,
@@ -28,7 +31,8 @@ from ._marks import (
     scale_bar,
     tripod,
 )
-from ._scene import Scene, mesh_lines
+from ._rim_band import RimBand
+from ._scene import Scene, Strokes, mesh_lines
 from ._tessellate import Pieces
 from ._words import group_shares, percent, unknown
 
@@ -38,7 +42,8 @@ class View:
     """What all panels share: the surface in pieces, what is known there, and the camera.
 
     ``peak`` is the node that changed most, None without change; ``problem`` says
-    why OpenGL cannot be used, None if it can; ``split`` parts each edge into the pieces.
+    why OpenGL cannot be used, None if it can; ``split`` parts each edge into the pieces;
+    ``band`` is how far the rims reach, None without rims.
     """
 
     result: Comparison
@@ -48,6 +53,7 @@ class View:
     peak: int | None
     problem: str | None
     split: int
+    band: RimBand | None
 
     @property
     def significant_share(self) -> float:
@@ -78,14 +84,12 @@ def change_panel(figure: Figure, view: View) -> None:
     axes = surface_axes(figure, (0.02, 0.28, 0.37, 0.555), view)
     caption(figure, 0.02, 0.872, "a", "Where the intrinsic shape changed")
     limit = paint.norm_limit(view.result)
-    draw_surface(axes, view, paint.paint_norm(view.samples, limit))
+    draw_change(axes, view, limit)
     scale_bar(axes)
     tripod(figure, (0.348, 0.175, 0.045, 0.08), view.camera)
-    samples, entries = view.samples, _no_partner(view)
-    if (samples.margin[samples.known > 0] <= 0).any():
-        entries.insert(0, Patch(color=paint.NEUTRAL, label=_unchanged(view)))
+    entries = change_legend(view)
     if limit > 0:
-        _ring(axes, view)
+        mark_peak(axes, view)
         words = f"mean change of the {view.result.methods.kind.title}, % of its mean"
         color_bar(figure, (0.03, 0.224, 0.30, 0.016), paint.NORM_MAP, (0, 100 * limit), words)
         legend(figure, entries, (0.205, 0.148))
@@ -113,12 +117,14 @@ def displacement_panel(figure: Figure, view: View) -> None:
 def groups_panel(figure: Figure, view: View) -> None:
     """Groups on the base, each numbered."""
     axes = surface_axes(figure, (0.41, 0.205, 0.255, 0.24), view)
-    caption(figure, 0.41, 0.475, "c", "Groups of nodes that changed alike")
+    soft = view.samples.memberships.shape[1] > 0
+    words = "Groups: colours mixed by membership" if soft else "Groups of nodes that changed alike"
+    caption(figure, 0.41, 0.475, "c", words)
     draw_surface(axes, view, paint.paint_groups(view.samples))
     samples, count = view.samples, len(view.result.clusters.centers)
     colors = group_colors(count)
     shares = group_shares(samples.groups, view.pieces.areas, samples.norm, count)
-    entries = [
+    entries: list[Artist] = [
         Patch(color=tuple(color), label=f"{k}: {percent(share)}, {percent(mean)}")
         for k, (color, (share, mean)) in enumerate(zip(colors, shares, strict=True))
     ]
@@ -126,7 +132,7 @@ def groups_panel(figure: Figure, view: View) -> None:
         entries.append(Patch(color=paint.NEUTRAL, label="no group"))
     title = "group: part of the area, mean change" if count else None
     legend(figure, entries + _no_partner(view), (0.5375, 0.195), title)
-    _ring(axes, view)
+    mark_peak(axes, view)
     _number_groups(axes, view, count)
 
 
@@ -140,7 +146,7 @@ def curves_panel(figure: Figure, view: View) -> None:
     upper = figure.add_axes((0.745, 0.505, 0.235, 0.285))
     lower = figure.add_axes((0.745, 0.205, 0.235, 0.265), sharex=upper)
     draw_signatures(upper, view.result, curves)
-    draw_change(lower, view.result, curves)
+    draw_curve(lower, view.result, curves)
     for axes in (upper, lower, *upper.child_axes):
         axes.tick_params(labelsize=8)
         axes.xaxis.label.set_fontsize(8.5)
@@ -159,17 +165,48 @@ def surface_axes(figure: Figure, box: Box, view: View) -> Axes:
     return axes
 
 
-def draw_surface(axes: Axes, view: View, colors: Floats, lines: Floats | None = None) -> None:
-    """The pieces in their colours, hatched where unknown, and perhaps lines over them."""
+def draw_change(axes: Axes, view: View, limit: float) -> None:
+    """Change norm up to a limit, and the band of the rims."""
+    colors = paint.paint_norm(view.samples, limit)
+    band = None if view.band is None else view.band.strokes(view.camera)
+    draw_surface(axes, view, colors, band=band)
+
+
+def change_legend(view: View) -> list[Artist]:
+    """What else than a change's size is seen where the change is drawn."""
+    samples, entries = view.samples, _no_partner(view)
+    if (samples.margin[samples.known > 0] <= 0).any():
+        entries.insert(0, Patch(color=paint.NEUTRAL, label=_unchanged(view)))
+    return [*entries, *rim_legend(view)]
+
+
+def rim_legend(view: View) -> list[Artist]:
+    """What the band of the rims is, if there is one."""
+    if view.band is None:
+        return []
+    style = {"ls": (0, (2.4, 1.6)), "lw": 1.2} if len(view.band.lines) else {"ls": "none"}
+    return [Line2D([], [], color=INK, label=view.band.words, **style)]
+
+
+def draw_surface(
+    axes: Axes,
+    view: View,
+    colors: Floats,
+    lines: Floats | None = None,
+    *,
+    band: Strokes | None = None,
+    second: Scene | None = None,
+) -> None:
+    """The pieces in their colours, hatched where unknown, and perhaps what is seen with them."""
     if view.problem is None:
         from ._render_vtk import draw
     else:
         from ._render_matplotlib import draw
     shown = paint.hatched(colors, view.samples, view.pieces.middles)
-    draw(axes, Scene(view.pieces, shown, lines), view.camera)
+    draw(axes, Scene(view.pieces, shown, lines, band, second), view.camera)
 
 
-def _no_partner(view: View) -> list[Patch]:
+def _no_partner(view: View) -> list[Artist]:
     if (view.samples.known > 0).all():
         return []
     inner, stripes = paint.NO_PARTNER, paint.NO_PARTNER_2
@@ -181,7 +218,8 @@ def _unchanged(view: View) -> str:
     return "no change" if view.peak is None else "no significant change"
 
 
-def _ring(axes: Axes, view: View) -> None:
+def mark_peak(axes: Axes, view: View) -> None:
+    """A ring around the point that changed most."""
     if view.mark is not None:
         ring(axes, view.mark)
 

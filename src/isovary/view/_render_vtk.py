@@ -10,9 +10,11 @@ from matplotlib.axes import Axes
 
 from ..geometry import Floats
 from ._camera import Camera
-from ._scene import AMBIENT, DIFFUSE, LINE_COLOR, Scene
+from ._scene import AMBIENT, DIFFUSE, Scene
 
 _FINER = 2  # pixels drawn for one shown, averaged: smooth edges on every driver
+_PIXELS = 2.0  # shown for a point of a line's width
+_LIGHT: dict[str, Any] = {"ambient": AMBIENT, "diffuse": DIFFUSE, "specular": 0.0}
 
 
 def draw(axes: Axes, scene: Scene, camera: Camera) -> None:
@@ -40,16 +42,14 @@ def _shot(
     try:
         plotter.set_background("white")  # type: ignore[arg-type]
         plotter.add_light(pv.Light(light_type="headlight"))
-        faces: Any = scene.pieces.triangles
-        mesh = pv.PolyData.from_regular_faces(scene.pieces.points, faces)
-        mesh.point_data.active_normals = scene.pieces.normals
-        mesh.cell_data["color"] = np.round(255 * scene.colors).astype(np.uint8)
-        plotter.add_mesh(
-            mesh, scalars="color", rgb=True, ambient=AMBIENT, diffuse=DIFFUSE, specular=0.0
-        ).prop.interpolation = "Phong"
-        if scene.lines is not None and len(scene.lines):
-            lines = pv.line_segments_from_points(scene.lines.reshape(-1, 3))
-            plotter.add_mesh(lines, color=LINE_COLOR, line_width=_FINER * 0.6, lighting=False)
+        for drawn in [scene] if scene.second is None else [scene, scene.second]:
+            mesh = _poly(drawn)
+            plotter.add_mesh(mesh, scalars="color", rgb=True, **_LIGHT).prop.interpolation = "Phong"
+        for strokes in scene.strokes:
+            lines = pv.line_segments_from_points(strokes.ends.reshape(-1, 3))
+            lines.cell_data["color"] = _bytes(strokes.colors)
+            wide = _FINER * _PIXELS * strokes.width
+            plotter.add_mesh(lines, scalars="color", rgb=True, line_width=wide, lighting=False)
         _aim(plotter, camera, window)
         image = np.asarray(plotter.screenshot(return_img=True), dtype=float) / 255
     finally:
@@ -57,6 +57,18 @@ def _shot(
     blocks = image.reshape(pixels[1], _FINER, pixels[0], _FINER, 3)
     shown: Floats = blocks.mean(axis=(1, 3))
     return shown
+
+
+def _poly(scene: Scene) -> pv.PolyData:
+    faces: Any = scene.pieces.triangles
+    mesh: pv.PolyData = pv.PolyData.from_regular_faces(scene.pieces.points, faces)
+    mesh.point_data.active_normals = scene.pieces.normals
+    mesh.cell_data["color"] = _bytes(scene.colors)
+    return mesh
+
+
+def _bytes(colors: Floats) -> np.ndarray:
+    return np.round(255 * colors).astype(np.uint8)
 
 
 def _aim(plotter: pv.Plotter, camera: Camera, window: tuple[float, ...]) -> None:

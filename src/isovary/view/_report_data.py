@@ -8,14 +8,38 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex
 
+from ..color import embedding_colors, group_colors
 from ..comparison import Comparison
-from ..geometry import Floats
+from ..embedding import classical_mds
+from ..geometry import EDGES, Floats, Ints, linear_triangles
+from ..records import Surface
 from ..signature import diffusion_radius
 from . import _paint as paint
+from ._borders import group_pieces, no_pieces, node_labels
 
 _UNKNOWN, _NEUTRAL, _LOWEST, _HIGHEST = 0, 1, 2, 254
 _SLIDER, _CURVE = 50, 20  # columns at most
 _STEPS = 65_534  # from the smallest to the largest value; one more for unknown
+
+
+def modes(result: Comparison) -> dict[str, str]:
+    """What the colours can show, and the words of its button."""
+    shown = {
+        "change": "Mean change",
+        "scale": "Change at one scale",
+        "groups": "Groups",
+        "likeness": "Likeness",
+        "displacement": "Displacement",
+        "strain": "Strain",
+        "kinds": "Kind of change",
+        "rim": "Rim",
+        "noise": "Noise floor",
+    }
+    if not result.significant.any():
+        del shown["likeness"]
+    if not result.topology.boundary_loops:
+        del shown["rim"]
+    return shown
 
 
 def mode_colors(result: Comparison) -> dict[str, str]:
@@ -30,7 +54,69 @@ def mode_colors(result: Comparison) -> dict[str, str]:
         "kinds": paint.paint_kinds(result),
         "noise": paint.paint_noise(samples, noise_limit(result)),
     }
+    if result.significant.any():
+        painted["likeness"] = paint_likeness(result)
+    if result.topology.boundary_loops:
+        painted["rim"] = paint.mapped(paint.NORM_MAP, result.rim_distance / rim_limit(result))
     return {mode: _text(np.round(255 * rgb).astype(np.uint8)) for mode, rgb in painted.items()}
+
+
+def paint_likeness(result: Comparison) -> Floats:
+    """Colours (n, 3) of the significant nodes as far apart as their changes; grey elsewhere."""
+    colors = np.tile(paint.NEUTRAL, (len(result.change), 1))
+    colors[~result.correspondence.found] = paint.NO_PARTNER
+    shown = result.significant
+    colors[shown] = embedding_colors(classical_mds(result.change[shown]))
+    return colors
+
+
+def rim_limit(result: Comparison) -> float:
+    """Largest finite distance to a rim; 0 without one."""
+    distance = result.rim_distance
+    return float(distance[np.isfinite(distance)].max(initial=0.0))
+
+
+def border_pieces(result: Comparison) -> dict[str, Any]:
+    """The triangles cut by the groups' borders, and a colour for each label.
+
+    Nothing to cut where groups fade into each other by memberships.
+    """
+    soft, samples = result.clusters.memberships is not None, paint.node_samples(result)
+    pieces = no_pieces() if soft else group_pieces(result.base, samples)
+    colors = [*group_colors(len(result.clusters.centers)), paint.NO_PARTNER, paint.NEUTRAL]
+    return {
+        "soft": soft,
+        "corners": _text(pieces.corners.astype("<i4")),
+        "weights": _text(pieces.weights.astype("<f4")),
+        "triangles": _text(pieces.triangles.astype("<i4")),
+        "labels": pieces.labels.tolist(),
+        "node_labels": node_labels(samples).tolist(),
+        "colors": [to_hex(color) for color in colors],  # [-1] no group, [-2] unknown
+    }
+
+
+def other_surface(result: Comparison) -> dict[str, Any]:
+    """The perturbed surface, aligned: nodes, edges, and triangles unless they are the base's."""
+    surface = result.perturbed
+    same = np.array_equal(surface.triangles, result.base.triangles)
+    flat = None if same else _text(linear_triangles(surface.triangles).astype("<i4"))
+    return {
+        "points": _text(surface.points.astype("<f4")),
+        "edges": _text(edge_nodes(surface).astype("<i4")),
+        "along": surface.order + 1,  # nodes of an edge
+        "triangles": flat,
+    }
+
+
+def edge_nodes(surface: Surface) -> Ints:
+    """Nodes (e, 2) or (e, 3) along each edge of a mesh, each edge once."""
+    sides = np.concatenate([surface.corners[:, list(edge)] for edge in EDGES])
+    first = np.unique(np.sort(sides, axis=1), axis=0, return_index=True)[1]
+    nodes: Ints = sides[first]
+    if surface.order == 2:
+        middles = surface.triangles[:, 3:].T.ravel()[first]
+        nodes = np.column_stack([nodes[:, 0], middles, nodes[:, 1]])
+    return nodes
 
 
 def noise_limit(result: Comparison) -> float:

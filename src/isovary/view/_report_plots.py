@@ -11,12 +11,11 @@ from plotly.subplots import make_subplots
 
 from ..color import group_colors
 from ..comparison import Comparison
-from ..geometry import EDGES, Floats, linear_triangles
+from ..geometry import Floats, linear_triangles
 from ..signature import diffusion_radius
 from . import _paint as paint
 from ._camera import Camera
-from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at
-from ._marks import INK
+from ._curves import BASE_COLOR, NOISE_COLOR, PERTURBED_COLOR, curves_at, diffusion_time
 from ._tessellate import outside
 
 _FONT = {"family": 'system-ui, "Segoe UI", Roboto, "DejaVu Sans", Arial, sans-serif', "size": 13}
@@ -24,7 +23,7 @@ _ZOOM = 1.45
 
 
 def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go.Figure:
-    """The base surface, the marked point's ring and the perturbed mesh, hidden at first."""
+    """The base surface and the marked point's ring, in a box that holds both surfaces."""
     x, y, z = np.round(result.base.points, 6).astype(np.float32).T
     size = np.uint16 if len(x) <= 65_536 else np.int32
     i, j, k = linear_triangles(result.base.triangles).astype(size).T
@@ -45,9 +44,6 @@ def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go
     x, y, z = (np.full((1, 3), np.nan) if marked is None else _ring(result, marked)).T
     line = {"color": "black", "width": 6}
     figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=line, hoverinfo="skip")
-    x, y, z = wireframe(result).astype(np.float32).T
-    thin = {"color": INK, "width": 1}
-    figure.add_scatter3d(x=x, y=y, z=z, mode="lines", line=thin, hoverinfo="skip", visible=False)
     figure.update_layout(
         template="none",
         font=_FONT,
@@ -55,7 +51,7 @@ def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go
         showlegend=False,
         scene={
             "camera": _eye(camera),
-            **_box(result.base.points),
+            **_box(np.concatenate([result.base.points, result.perturbed.points])),
         },
         hoverlabel={"align": "left", "bgcolor": "white", "font": {"color": "#1b1f24"}},
     )
@@ -97,24 +93,11 @@ def _eye(camera: Camera) -> dict[str, Any]:
     }
 
 
-def wireframe(result: Comparison) -> Floats:
-    """The perturbed mesh's edges, aligned with the base: polylines (k, 3), NaN between them."""
-    surface = result.perturbed
-    sides = np.concatenate([surface.corners[:, list(edge)] for edge in EDGES])
-    first = np.unique(np.sort(sides, axis=1), axis=0, return_index=True)[1]
-    nodes = sides[first]
-    if surface.order == 2:
-        middles = surface.triangles[:, 3:].T.ravel()[first]
-        nodes = np.column_stack([nodes[:, 0], middles, nodes[:, 1]])
-    lines = np.full((len(nodes), nodes.shape[1] + 1, 3), np.nan)
-    lines[:, :-1] = surface.points[nodes]
-    return lines.reshape(-1, 3)
-
-
 def heat_figure(result: Comparison) -> go.Figure:
     """The median change of each group, at each column: at which scale it changed."""
-    groups = paint.node_samples(result).groups
-    shown = [g for g in range(len(result.clusters.centers)) if (groups == g).any()]
+    groups = result.clusters.labels
+    ranked = sorted(result.group_table, key=lambda group: group.rank)
+    shown = [group.number for group in ranked]
     rows = [100 * np.nanmedian(result.change[groups == g], axis=0) for g in shown]
     values = np.array(rows).reshape(len(shown), len(result.columns))
     limit = float(np.abs(values).max(initial=0.0)) or 1.0
@@ -162,6 +145,8 @@ def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
         )
 
     _noise_band(figure, columns, 100 * curves.noise)
+    if result.methods.kind.per_time:
+        _radius_axis(figure, columns)
     groups = paint.node_samples(result).groups
     for group, color in enumerate(group_colors(len(result.clusters.centers))):
         rows = groups == group
@@ -175,6 +160,28 @@ def curves_figure(result: Comparison, marked: int | None) -> go.Figure:
     change = {"color": BASE_COLOR, "width": 2.6, "dash": "dot"}
     add(2, 100 * curves.change, f"{at}: base − perturbed", change, True)
     return _styled(figure, result)
+
+
+def _radius_axis(figure: go.Figure, times: Floats) -> None:
+    """The times as lengths above the upper panel."""
+    radii = _ticks(diffusion_radius(times))
+    nothing = {"x": _short(times[[0, -1]]), "y": [None, None], "hoverinfo": "skip"}
+    figure.add_scatter(**nothing, xaxis="x3", yaxis="y", showlegend=False, mode="lines")
+    figure.update_layout(
+        xaxis3={
+            "overlaying": "x",
+            "matches": "x",
+            "side": "top",
+            "anchor": "y",
+            "type": "log",
+            "tickvals": diffusion_time(np.array(radii)).tolist(),
+            "ticktext": [f"{radius:g}" for radius in radii],
+            "ticks": "outside",
+            "linecolor": "#59636e",
+            "showgrid": False,
+            "title": {"text": "diffusion radius 2√t (length)"},
+        }
+    )
 
 
 def _noise_band(figure: go.Figure, columns: Floats, noise: Floats) -> None:
@@ -198,9 +205,10 @@ def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
     axis["exponentformat"] = "power"
     kind = result.methods.kind
     name = kind.abbreviation
-    figure.update_xaxes(**axis)
-    if kind.logarithmic:
-        figure.update_xaxes(type="log", tickvals=_ticks(result.columns))
+    for row in (1, 2):
+        figure.update_xaxes(**axis, row=row, col=1)
+        if kind.logarithmic:
+            figure.update_xaxes(type="log", tickvals=_ticks(result.columns), row=row, col=1)
     figure.update_yaxes(**axis)
     figure.update_yaxes(title_text=f"{name} ({kind.unit})", row=1)
     typical = np.nanmedian(result.base_signature, axis=0)
@@ -212,7 +220,7 @@ def _styled(figure: go.Figure, result: Comparison) -> go.Figure:
     figure.update_layout(
         template="none",
         font=_FONT,
-        margin={"l": 80, "r": 20, "t": 20, "b": 55},
+        margin={"l": 80, "r": 20, "t": 55 if kind.per_time else 20, "b": 55},
         legend={"orientation": "h", "y": -0.13, "yanchor": "top"},
         hovermode="closest",
     )
