@@ -38,7 +38,7 @@ LAYERS = {
     **dict.fromkeys(
         ["checks", "families", "task", "topology_change", "matching", "extrinsic", "groups"], 2
     ),
-    **dict.fromkeys(["io", "view", "app", "paraview", "data", "cli", "__main__"], 3),
+    **dict.fromkeys(["io", "view", "app", "paraview", "data", "thesis", "cli", "__main__"], 3),
 }
 
 # Packages that layers 0 to 2 may import inside a function, beside scipy.
