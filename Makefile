@@ -44,7 +44,7 @@ demo: $(STAMP)
 	$(BIN)/isovary demo -o isovary-demo
 
 test: $(STAMP)-test
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadscope $(ARGS)
 
 check: $(STAMP)-check
 	$(BIN)/ruff check

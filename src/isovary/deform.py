@@ -109,7 +109,14 @@ class Projectile:
 
 
 def dimple(
-    surface: Surface, center: ArrayLike, radius: ArrayLike, *, alpha: ArrayLike = 5.0
+    surface: Surface,
+    center: ArrayLike,
+    radius: ArrayLike,
+    *,
+    alpha: ArrayLike = 5.0,
+    charge: float = 1.0,
+    decay: float = 0.35,
+    steps: int = 20,
 ) -> Surface:
     """The surface with one or several dimples, pushed in or drawn out.
 
@@ -136,6 +143,12 @@ def dimple(
     alpha : float or array (k,)
         Strength: positive pushes in, negative draws out. The thesis's 100 to 900 correspond to
         1 to 9.
+    charge : float
+        Of the projectile; that of the particles is 1.
+    decay : float
+        Of the force, in radii, as of a :class:`Region`.
+    steps : int
+        Time steps of 0.01: more of them last longer.
 
     Returns
     -------
@@ -183,10 +196,11 @@ def dimple(
     radii = _one_each("radius", radius, len(centers))
     strengths = _one_each("alpha", alpha, len(centers))
     for point, width, strength in zip(centers, radii, strengths, strict=True):
-        region = Region(point, float(width))
+        region = Region(point, float(width), decay)
         normal = _normal_at(surface, region.center)
         start, end = (region.center + far * region.radius * normal for far in (_FIRST, _LAST))
-        surface = shoot(surface, Projectile(start, end), region, alpha=float(strength))
+        projectile = Projectile(start, end, charge, steps)
+        surface = shoot(surface, projectile, region, alpha=float(strength))
     return surface
 
 

@@ -6,6 +6,7 @@ Exit codes: 0 done, 1 the data cannot be compared (the message says why),
 
 from ._app import app, main
 from ._compare import compare_files, demo
+from ._dimple import dimple_surface
 from ._export import export_result
 from ._info import info
 from ._mesh import mesh_file
@@ -15,6 +16,7 @@ __all__ = [
     "app",
     "compare_files",
     "demo",
+    "dimple_surface",
     "export_result",
     "info",
     "main",

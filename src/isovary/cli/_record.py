@@ -64,6 +64,8 @@ def _option(name: str, value: object) -> list[str]:
     if isinstance(value, bool):
         return [f"--{name}" if value else f"--no-{name}"]
     values = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
+    if values and isinstance(values[0], Sequence) and not isinstance(values[0], str):
+        return [word for part in values for word in _option(name, part)]
     return [f"--{name}", *map(_word, values)]
 
 

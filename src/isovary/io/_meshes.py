@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..geometry import Floats
 from ..levels import Progress
 from ..quality import MeshQuality
 from ..records import Surface
@@ -26,6 +27,7 @@ def save_mesh(
     choices: Mapping[str, object] | None = None,
     notes: Sequence[str] = (),
     timings: Mapping[str, float] | None = None,
+    arrays: Mapping[str, Floats] | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Write a mesh into a folder that appears whole or not at all.
@@ -48,6 +50,8 @@ def save_mesh(
         What the mesh is of, for the picture.
     choices, notes, timings : optional
         What made the mesh, what its reader must know, and the seconds of each stage so far.
+    arrays : mapping, optional
+        Further values at the nodes (n,) or (n, 3), by name.
     progress : callable, optional
         Called with the stage's name and the part done.
 
@@ -70,8 +74,10 @@ def save_mesh(
     spent = dict(timings or {})
     with write_folder(out) as folder:
         with stage("data files", 0.0, spent, progress):
-            _write_cells(curved_grid(surface), surface, quality, folder / "mesh.vtu")
-            _write_cells(flat_triangles(surface), surface, quality, folder / "mesh.vtp")
+            for name, data in (("vtu", curved_grid(surface)), ("vtp", flat_triangles(surface))):
+                for key, values in (arrays or {}).items():
+                    data.point_data[key] = values
+                _write_cells(data, surface, quality, folder / f"mesh.{name}")
         with stage("mesh picture", 0.2, spent, progress):
             mesh_quality_figure(surface, quality, title).savefig(folder / "mesh_quality.png")
         summary = {
