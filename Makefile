@@ -21,7 +21,7 @@ make_venv = { command -v uv >/dev/null 2>&1 \
 	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(1); } \
 	|| $(PYTHON) -m venv $(1)
 
-.PHONY: help demo test check teeth docs bench bench-operators bench-meshers bench-noise bench-carrying bench-grouping bench-eigensolve clean distclean
+.PHONY: help demo test check teeth docs bench bench-operators bench-meshers bench-noise bench-carrying bench-grouping bench-eigensolve thesis clean distclean
 
 help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
@@ -29,6 +29,7 @@ help:
 	@echo 'make check      ruff (lint and format) and mypy --strict'
 	@echo 'make teeth      plant faults in a copy of the package, and see its tests find them'
 	@echo 'make docs       build the documentation into docs/_build'
+	@echo 'make thesis     every experiment of the thesis into docs/thesis, with its verdicts'
 	@echo 'make bench      run the benchmarks'
 	@echo 'make bench-operators    every operator against exact answers'
 	@echo 'make bench-meshers      every mesher and sizing function, and the signature on its meshes'
@@ -57,6 +58,9 @@ teeth: $(STAMP)-test
 docs: $(STAMP)-docs
 	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build
 	@echo 'open docs/_build/index.html'
+
+thesis: $(STAMP)
+	$(BIN)/isovary thesis all -o docs/thesis
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import tomllib
@@ -72,6 +73,9 @@ def test_the_page_has_every_claim(tmp_path):
     assert text.count("| Water is wet | wet by 3 % | ✔ confirmed |") == 2
     assert "## 4.3 (with 9.9): Again" in text
     assert (tmp_path / "figure-4.3.png").stat().st_size > 0
+    record = json.loads((tmp_path / "summary.json").read_text())["experiments"]["4.3"]
+    assert record["findings"][0]["numbers"] == {"wet": 0.03}
+    assert record["settings"]["times"] == 100
 
 
 def test_the_command_lists_and_refuses(tmp_path):

@@ -5,8 +5,10 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
+from ..io._writing import write_summary
 from ._records import Experiment, Outcome, Verdict
 from ._register import settings_of
 
@@ -31,6 +33,8 @@ def make_gallery(
     tell: Callable[[str, float], None] | None = None,
 ) -> Path:
     """Run experiments one after another, draw their figures, and write ``gallery.md`` beside them.
+
+    ``summary.json`` has the settings, numbers and verdicts of each, and the versions.
 
     Parameters
     ----------
@@ -58,6 +62,16 @@ def make_gallery(
         seconds.append(time.perf_counter() - start)
     page = folder / "gallery.md"
     page.write_text(gallery(chosen, outcomes, seconds), encoding="utf-8")
+    records = {
+        experiment.number: {
+            "title": experiment.title,
+            "settings": settings_of(experiment, small=small),
+            "findings": [asdict(finding) for finding in outcome.findings],
+            "seconds": round(spent, 3),
+        }
+        for experiment, outcome, spent in zip(chosen, outcomes, seconds, strict=True)
+    }
+    write_summary({"experiments": records}, folder)
     return page
 
 
