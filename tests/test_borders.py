@@ -24,6 +24,7 @@ def samples(scores, inside=None, known=None) -> Samples:
         scores=scores,
         displacement=0 * one,
         known=one if known is None else known,
+        found=one,
         memberships=np.empty((n, 0)),
     )
 

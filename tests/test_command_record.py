@@ -52,6 +52,21 @@ def test_the_recorded_command_says_the_same(text, tmp_path, monkeypatch):
     assert "--pairs" not in again  # a default
 
 
+def test_words_that_look_like_options():
+    """Oracle: algebra. An array called -x is no option."""
+    words = ["compare", "a.vti", "b.vti", "--isovalue", "1", "-o", "o", "--array=-x"]
+    first = given(words)
+    assert given(shlex.split(command_line("compare", compare_files, first))[1:]) == first
+
+
+def test_a_link_keeps_its_name(tmp_path):
+    """Oracle: data. What it points to may have no suffix to be read by."""
+    (tmp_path / "store").touch()
+    (tmp_path / "run.vti").symlink_to(tmp_path / "store")
+    said = command_line("info", lambda file, /: None, {"file": tmp_path / "run.vti"})
+    assert said.endswith("/run.vti")
+
+
 def test_a_mesh_command_says_the_same(tmp_path, monkeypatch):
     """Oracle: algebra. As above."""
     monkeypatch.chdir(tmp_path)

@@ -39,7 +39,7 @@ def test_a_sphere_gets_its_dimples(tmp_path):
 
 
 def test_a_file_gets_a_dimple_and_the_command_repeats_it(tmp_path):
-    """Oracle: data. The recorded command, run elsewhere, gives the same nodes."""
+    """Oracle: data. The recorded command, run elsewhere, gives the same nodes, elsewhere."""
     flat = iv.ellipsoid((1, 1, 2), 3, order=1)
     faces = np.column_stack([np.full(len(flat.triangles), 3), flat.triangles])
     pv.PolyData(flat.points, faces.ravel()).save(tmp_path / "shape.vtp")
@@ -51,7 +51,7 @@ def test_a_file_gets_a_dimple_and_the_command_repeats_it(tmp_path):
     choices = json.loads((tmp_path / "out" / "summary.json").read_text())["choices"]
     again = isovary(*shlex.split(choices["command"])[1:])
     assert again.returncode == 0, again.stderr
-    np.testing.assert_array_equal(pv.read(tmp_path / "out" / "mesh.vtu").points, first)
+    np.testing.assert_array_equal(pv.read(tmp_path / "out-again" / "mesh.vtu").points, first)
 
 
 @pytest.mark.parametrize(

@@ -238,7 +238,7 @@ def test_overlay_tells_front_from_back(result):
         rows = colors[front & where]
         assert len(rows) > 10
         np.testing.assert_allclose(rows, np.tile(color, (len(rows), 1)), atol=1e-9)
-    lost = replace(view, samples=replace(view.samples, known=np.zeros(len(colors))))
+    lost = replace(view, samples=replace(view.samples, found=np.zeros(len(colors))))
     np.testing.assert_array_equal(_both.overlay_colors(lost, 0.002)[0], to_rgb(UNKNOWN))
 
 
@@ -250,7 +250,9 @@ def test_independent_mesh_takes_the_nearest_partners(result):
     match = iv.normal_rays(result.base, other)
     change = (2 + result.base.points[:, 2])[:, None] + 0 * result.times
     view = prepare(replace(result, change=change))
-    assert _both.samples_there(view) is view.samples
+    own = _both.samples_there(view)
+    for name in ("norm", "known", "group_margin"):
+        np.testing.assert_allclose(getattr(own, name), getattr(view.samples, name), rtol=1e-12)
     foreign = replace(view.result, perturbed=other, correspondence=match)
     there = _both.samples_there(replace(view, result=foreign, split=4))
     step = np.sqrt(4 * np.pi / len(change))
@@ -283,7 +285,11 @@ def test_texts_do_not_overlap(result, bowl):
     """Oracle: algebra. In every new picture, with long names, bands and legends."""
     choices = {**bowl.choices, "field": "velocity_magnitude_of_the_second_phase_" * 3}
     quiet = np.arange(len(bowl.base.points)) % 3 == 0
-    for case in (result, replace(bowl, choices=choices, significant=bowl.significant & ~quiet)):
+    far = replace(
+        result, perturbed=icosphere(2), correspondence=iv.normal_rays(result.base, icosphere(2))
+    )
+    named = replace(bowl, choices=choices, significant=bowl.significant & ~quiet)
+    for case in (result, named, far):
         for picture in (_both.both, overview, details):
             check_texts(picture(case))
     check_texts(dendrogram_figure(iv.dendrogram(result.change), 4, title="a title"))

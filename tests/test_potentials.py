@@ -182,15 +182,20 @@ def test_the_cusp_is_blunt():
 
 
 def test_the_default_box():
-    """Oracle: algebra. Sum of strengths 4 at v = 4 exp(-2): (2 + 1) / min B = 3 around the atoms,
-    without an isovalue (5 + 1) / min B; samples at most 1 / (4 max B) apart.
+    """Oracle: algebra. Balls around two atoms, (ln(2 A / v) + 1) / B: at v = 4 exp(-2) of radius
+    3 - ln 2 and (3 + ln 1.5) / 2, without an isovalue 6 - ln 2 and (6 + ln 1.5) / 2; samples at
+    most 1 / (4 max B) = 1/8 apart.
     """
     atoms = [(0.0, 0.0, 0.0), (1.0, -2.0, 0.2)]
     given = born_mayer(atoms, strength=[1, 3], decay=[1, 2], isovalue=4 * float(np.exp(-2)))
-    np.testing.assert_allclose(given.bounds, [(-3, -5, -3), (4, 3, 3.2)], rtol=1e-12)
-    assert given.values.shape == (57, 65, 51)  # 56, 64 and 49.6 cells of 1/8
+    one, two = 3 - np.log(2), (3 + np.log(1.5)) / 2
+    box = [(-one, -2 - two, -one), (1 + two, one, one)]
+    np.testing.assert_allclose(given.bounds, box, rtol=1e-12)
+    cells = np.ceil(8 * np.subtract(box[1], box[0]))
+    assert given.values.shape == tuple(cells.astype(int) + 1)
     bare = born_mayer(atoms, strength=[1, 3], decay=[1, 2], shape=(9, 10, 11))
-    np.testing.assert_allclose(bare.bounds, [(-6, -8, -6), (7, 6, 6.2)], rtol=1e-12)
+    far = 6 - np.log(2)
+    np.testing.assert_allclose(bare.bounds, [(-far,) * 3, (far,) * 3], rtol=1e-12)
     assert bare.values.shape == (9, 10, 11)
 
 

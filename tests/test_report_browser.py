@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from base64 import b64decode
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from isovary.geometry import linear_triangles, triangle_areas
 from isovary.view import write_report
 from isovary.view._borders import group_pieces, node_labels
 from isovary.view._paint import NEUTRAL, node_samples
+from isovary.view._report_data import mode_colors, other_surface
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser")
 SWITCHES = [
@@ -41,25 +43,40 @@ def result():
 
 
 @pytest.fixture(scope="module")
-def page(result, tmp_path_factory):
-    """The opened report, what it wrote to the console, and what it asked the network for."""
+def rays():
+    base, perturbed = (iv.read_field(path) for path in water_pair())
+    options = {"vertices": 150, "pairs": 50, "times": 8, "correspondence": iv.normal_rays}
+    return iv.compare(base, perturbed, 0.05, **options)
+
+
+@pytest.fixture(scope="module")
+def browser():
     sync_playwright = pytest.importorskip("playwright.sync_api").sync_playwright
-    path = tmp_path_factory.mktemp("report") / "report.html"
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=BROWSER, args=SWITCHES)
+        yield browser
+        browser.close()
+
+
+def opened(browser, result, path):
+    """The opened report, what it wrote to the console, and what it asked the network for."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ISOVARY_NO_OPENGL", "1")
         write_report(result, path)
-    with sync_playwright() as play:
-        browser = play.chromium.launch(executable_path=BROWSER, args=SWITCHES)
-        page = browser.new_page(viewport={"width": 1200, "height": 900})
-        page.complaints, page.requests = [], []
-        page.on("console", lambda said: page.complaints.append((said.type, said.text)))
-        page.on("pageerror", lambda error: page.complaints.append(("error", str(error))))
-        page.on("request", lambda request: page.requests.append(request.url))
-        page.goto(path.as_uri())
-        page.wait_for_selector("#surface canvas")
-        page.wait_for_selector("#curves .main-svg")
-        yield page
-        browser.close()
+    page = browser.new_page(viewport={"width": 1200, "height": 900})
+    page.complaints, page.requests = [], []
+    page.on("console", lambda said: page.complaints.append((said.type, said.text)))
+    page.on("pageerror", lambda error: page.complaints.append(("error", str(error))))
+    page.on("request", lambda request: page.requests.append(request.url))
+    page.goto(path.as_uri())
+    page.wait_for_selector("#surface canvas")
+    page.wait_for_selector("#curves .main-svg")
+    return page
+
+
+@pytest.fixture(scope="module")
+def page(browser, result, tmp_path_factory):
+    return opened(browser, result, tmp_path_factory.mktemp("report") / "report.html")
 
 
 def marked(page):
@@ -236,4 +253,40 @@ def test_it_says_the_answer_and_asks_for_nothing(page, result):
     PICTURE.parent.mkdir(exist_ok=True)
     page.screenshot(path=PICTURE, full_page=True)
     assert [url for url in page.requests if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert [said for kind, said in page.complaints if kind == "error"] == []
+
+
+@pytest.mark.parametrize("first", ["change", "groups"])
+def test_a_mesh_of_its_own_stands_beside_in_its_colours(browser, rays, tmp_path, first):
+    """Oracle: data. Each node has the colour of the nearest partner's base node, in every mode,
+    whatever was shown when the second scene was opened; the base's transparency stays its own.
+    """
+    nodes = np.array(other_surface(rays)["nodes"])
+    page = opened(browser, rays, tmp_path / "report.html")
+    page.click(f"[data-mode={first}] >> nth=0")
+    page.check("#clear")
+    page.check("#beside")
+    page.wait_for_selector("#second canvas")
+    page.wait_for_timeout(500)
+    for mode in (first, "displacement", "groups", "change"):
+        page.click(f"[data-mode={mode}] >> nth=0")
+        page.wait_for_timeout(300)
+        shown = page.evaluate(
+            "(({visible, vertexcolor, opacity}) => [visible, Array.from(vertexcolor), opacity])"
+            "(document.getElementById('second').data[0])"
+        )
+        rgb = np.frombuffer(b64decode(mode_colors(rays)[mode]), np.uint8).reshape(-1, 3)
+        assert shown[0] is True
+        assert shown[1] == [f"rgb({r},{g},{b})" for r, g, b in rgb[nodes]]
+        assert shown[2] in (None, 1)
+    page.fill("#node", str(nodes[4]))
+    page.press("#node", "Enter")
+    page.wait_for_timeout(300)
+    ring = page.evaluate(
+        "['x', 'y', 'z'].map(k => Array.from(document.getElementById('second').data[1][k]))"
+    )
+    first_of = int(np.flatnonzero(nodes == nodes[4])[0])
+    middle = np.mean(np.transpose(ring)[:-1], axis=0)
+    size = np.ptp(rays.base.points, axis=0).max()
+    assert np.linalg.norm(middle - rays.perturbed.points[first_of]) < 0.01 * size
     assert [said for kind, said in page.complaints if kind == "error"] == []

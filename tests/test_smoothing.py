@@ -93,3 +93,33 @@ def test_wrong_widths(width):
     """Oracle: algebra. A02, with what was got."""
     with pytest.raises(iv.ArgumentError, match="width: expected a positive length"):
         SLOPE.smoothed(width)
+
+
+def noisy_ball(seed, radius=1.0, dent=0.0):
+    """A ball's distance with white noise of 0.03, smoothed by two samples' distances."""
+    box, shape = ((-1.6,) * 3, (1.6,) * 3), (33, 33, 33)
+
+    def distance(p):
+        away = np.linalg.norm(p - np.array([0.0, 0.0, 1.0]), axis=-1)
+        return radius - np.linalg.norm(p, axis=-1) - dent * np.exp(-((away / 0.5) ** 2))
+
+    clean = iv.ScalarField.from_function(distance, box, shape)
+    noise = 0.03 * np.random.default_rng(seed).standard_normal(shape)
+    return iv.ScalarField(clean.values + noise, clean.spacing, clean.origin).smoothed(0.2)
+
+
+@pytest.mark.parametrize("seed", [1, 5])
+def test_two_smoothed_measurements_of_one_ball_have_not_changed(seed):
+    """Oracle: symmetry. One ball, two draws of noise, smoothed: what differs is noise."""
+    pair = noisy_ball(seed), noisy_ball(seed + 1)
+    result = iv.compare(*pair, 0.0, vertices=250, pairs=60, times=20)
+    assert result.significant.mean() < 0.01
+
+
+def test_a_dent_stands_out_of_smoothed_noise():
+    """Oracle: analytic. A dent of 0.3 in such a ball: its floor is marked, and changed most."""
+    pair = noisy_ball(1), noisy_ball(2, dent=0.3)
+    result = iv.compare(*pair, 0.0, vertices=250, pairs=60, times=20)
+    angle = np.arccos(result.base.points[:, 2] / np.linalg.norm(result.base.points, axis=1))
+    assert result.significant[angle < 0.2].all()
+    assert angle[np.nanargmax(result.change_norm)] < 0.3

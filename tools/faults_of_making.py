@@ -6,6 +6,7 @@ from fault import Fault
 
 DEFORM = "tests/test_deform.py"
 POTENTIALS = "tests/test_potentials.py"
+THESIS = "tests/thesis/test_fig_"
 
 MAKING = tuple(
     Fault(name, file, before, after, (tests,))
@@ -83,9 +84,51 @@ MAKING = tuple(
         (
             "born_mayer: box of the fastest decay",
             "potentials.py",
-            "+ 1) / decays.min()",
+            "+ 1) / decays",
             "+ 1) / decays.max()",
             POTENTIALS,
+        ),
+        (
+            "thesis: order of the spheroid's eigenfunctions forgotten",
+            "thesis/_spheroid.py",
+            "order**2 * metric / radius",
+            "order**2 * metric",
+            THESIS + "4_11.py",
+        ),
+        (
+            "thesis: pairs counted once",
+            "thesis/_pair_norms.py",
+            "(1 if one == other else 2)",
+            "1",
+            THESIS + "4_11.py",
+        ),
+        (
+            "thesis: departure of twice the slope",
+            "thesis/_fig_4_1.py",
+            "change - depth * slope",
+            "change - 2 * depth * slope",
+            THESIS + "4_1.py",
+        ),
+        (
+            "thesis: a rigid shift is no shift",
+            "thesis/_fig_4_4.py",
+            "shift * np.eye(3)[0]",
+            "0 * shift * np.eye(3)[0]",
+            THESIS + "4_4.py",
+        ),
+        (
+            "noise of smoothed fields taken as white",
+            "noise.py",
+            "if field.unsmoothed is not None:",
+            "if False:",
+            "tests/test_smoothing.py",
+        ),
+        (
+            "record: one digest for all files",
+            "cli/_record.py",
+            'file_digest(file, "sha256")',
+            'file_digest(file, "sha512")',
+            "tests/test_command_record.py",
         ),
     )
 )

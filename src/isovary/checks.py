@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+import numpy as np
+
 from .errors import ArgumentError, FieldError
+from .geometry import Floats
 from .levels import fewest_vertices
 from .methods import Methods, method_name
 from .scalar_field import ScalarField
 from .task import Match
+
+_LARGER = 10.0  # times: no change of a parameter, but another unit of length
 
 
 def check_fields(
@@ -27,6 +32,23 @@ def check_fields(
             field.check_isovalue(isovalue)
         except FieldError as error:
             raise FieldError(error.code, f"{name} field: {error.message}") from None
+    _check_sizes(base, perturbed)
+
+
+def _check_sizes(base: ScalarField, perturbed: ScalarField) -> None:
+    """Boxes of one unit: not ten times as large one as the other."""
+    sizes = [np.ptp(np.stack(field.bounds), axis=0) for field in (base, perturbed)]
+    ratio = float(np.linalg.norm(sizes[1]) / np.linalg.norm(sizes[0]))
+    if not 1 / _LARGER < ratio < _LARGER:
+        raise FieldError(
+            "I05",
+            f"boxes: expected about the same size, got {_sides(sizes[0])} and {_sides(sizes[1])}; "
+            "give both files the spacing of one unit of length",
+        )
+
+
+def _sides(size: Floats) -> str:
+    return " x ".join(f"{side:.4g}" for side in size)
 
 
 def check_numbers(

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from .clustering import choose_count
+from .clustering import CountChoice, choose_count
 from .difference import change_norm
 from .errors import ClusterError
 from .geometry import Bools, Floats, node_areas
@@ -77,20 +77,8 @@ def chosen_count(
     See :func:`isovary.choose_count`. J. Shao, C. F. J. Wu, *A general theory for jackknife
     variance estimation*, Ann. Statist. 17 (1989) 1176-1197.
     """
-    counts = range(2, 1 + min(_MOST, len(rows) // 3))
-    if not counts:
-        return ChosenCount(1)
-    try:
-        choice = choose_count(
-            rows,
-            clustering,
-            counts,
-            metric=_metric(clustering),
-            weights=weights,
-            rng=seed,
-            samples=_SAMPLES,
-        )
-    except ClusterError:  # nearly all rows are the same
+    choice = _judged(rows, clustering, weights, seed)
+    if choice is None:
         return ChosenCount(1)
     known = np.where(choice.stability >= _STABLE, choice.silhouette, np.nan)
     best = replace(choice, silhouette=known, error=_JACKKNIFE * choice.error).best
@@ -98,6 +86,27 @@ def chosen_count(
         return ChosenCount(1)
     at = choice.counts.tolist().index(best)
     return ChosenCount(best, float(choice.silhouette[at]), float(choice.stability[at]))
+
+
+def _judged(
+    rows: Floats, clustering: Clustering, weights: Floats | None, seed: int
+) -> CountChoice | None:
+    """As many counts as there are rows that differ; None if these are too few for two."""
+    for most in range(min(_MOST, len(rows) // 3), 1, -1):
+        try:
+            return choose_count(
+                rows,
+                clustering,
+                range(2, most + 1),
+                metric=_metric(clustering),
+                weights=weights,
+                rng=seed,
+                samples=_SAMPLES,
+            )
+        except ClusterError as error:
+            if error.code != "K02":
+                raise
+    return None
 
 
 def _metric(clustering: Clustering) -> Metric:

@@ -126,8 +126,9 @@ def sampling_floor(
     error at every other sample. Its size is read off the samples' differences near the
     isosurface, up to the fourth along every axis, which leave of a smooth field almost nothing
     (Moré and Wild); noise of that size is added to both fields, and what that does to the
-    change is the other part of the floor: the root of the sum of the squares. Noise that
-    neighbouring samples share, as after smoothing, is not seen.
+    change is the other part of the floor: the root of the sum of the squares. Of a smoothed
+    field the noise is that of the samples before, smoothed alike. Noise that neighbouring
+    samples shared from the start is not seen.
 
     Parameters
     ----------
@@ -272,7 +273,8 @@ def combined_floor(floors: Sequence[Floats]) -> Floats:
 
 
 def _every_other(field: ScalarField) -> ScalarField:
-    return replace(field, values=field.values[::2, ::2, ::2], spacing=2 * field.spacing)
+    values, spacing = field.values[::2, ::2, ::2], 2 * field.spacing
+    return replace(field, values=values, spacing=spacing, unsmoothed=None)
 
 
 def _gain(field: ScalarField, isovalue: float) -> float:
@@ -285,22 +287,29 @@ def _gain(field: ScalarField, isovalue: float) -> float:
 
 
 def _with_more_noise(field: ScalarField, isovalue: float, rng: np.random.Generator) -> ScalarField:
-    """The field with as much white noise again as its samples show."""
-    noise = _noise_of_samples(field, isovalue) * rng.standard_normal(field.values.shape)
-    rough = field.values * np.exp(noise) if field.logarithmic else field.values + noise
+    """The field with as much noise again as its samples show, white or, as they are, smoothed."""
+    from scipy.ndimage import gaussian_filter
+
+    near, noise = _beside(field.values > isovalue), rng.standard_normal(field.values.shape)
+    if field.unsmoothed is not None:
+        noise = gaussian_filter(noise, field.smoothing / field.spacing, mode="nearest")
+        rough = field.values + _noise_of_samples(field.unsmoothed, near) * noise
+        return replace(field, values=np.maximum(rough, field.values.min()))
+    if field.logarithmic:
+        rough = field.values * np.exp(_noise_of_samples(np.log(field.values), near) * noise)
+    else:
+        rough = field.values + _noise_of_samples(field.values, near) * noise
     return replace(field, values=rough)
 
 
-def _noise_of_samples(field: ScalarField, isovalue: float) -> float:
-    """Standard deviation of white noise of what is splined, as seen near the isosurface.
+def _noise_of_samples(values: Floats, near: Bools) -> float:
+    """Standard deviation of white noise of the values (nx, ny, nz), where they are near.
 
     Differences of order k along each of the three axes multiply it by the root of
     ((2k)! / k!^2)^3; the smallest estimate has the least of the smooth field in it. The median
     is not moved by a few creases.
     """
-    differences = np.log(field.values) if field.logarithmic else field.values
-    near = _beside(field.values > isovalue)
-    estimates = []
+    differences, estimates = values, []
     for k in range(1, 1 + min(_MOST_DIFFERENCES, min(near.shape) - 1)):
         for axis in range(3):
             differences = np.diff(differences, axis=axis)

@@ -145,9 +145,9 @@ def _noise(result: Comparison, wanted: float) -> Iterator[str]:
         )
     if result.choices["base"]["smoothing"]:  # type: ignore[index]
         yield (
-            "The fields were smoothed: noise in the data, which smoothing spreads over its width, "
-            "is not in the noise floor, and curved parts shrink. Compare two measurements of one "
-            "object to see how much remains. [I09]"
+            "The fields were smoothed: curved parts shrink, and the noise floor holds what is left "
+            "of white noise in the data, not of noise that neighbouring samples shared before. "
+            "Compare two measurements of one object to see how much remains. [I09]"
         )
     samples = result.choices["noise_of_the_samples"]
     if isinstance(samples, float) and not samples <= wanted:

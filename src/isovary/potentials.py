@@ -34,9 +34,10 @@ def born_mayer(
     two above. For equal atoms ``-ln(V / A) / B`` is nearly the distance to the nearest one, less
     where several are near; hence the field interpolates log V.
 
-    The default box holds the isosurface: at ``ln(sum A / isovalue) / min B`` from all atoms V is
-    at most the isovalue, and the faces are ``1 / min B`` farther out. The default samples are at
-    most a quarter of the shortest decay length, ``1 / max B``, apart.
+    The default box holds the isosurface: around each of the k atoms a ball of radius
+    ``(ln(k A / isovalue) + 1) / B``, outside of which it adds at most the k-th part of
+    isovalue / e. The default samples are at most a quarter of the shortest decay length,
+    ``1 / max B``, apart; an isovalue above those at the samples next to the atoms finds nothing.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def _of_each(name: str, values: ArrayLike, count: int) -> Floats:
 def _box_around(
     places: Floats, strengths: Floats, decays: Floats, isovalue: float | None
 ) -> tuple[Floats, Floats]:
-    """The default box; the sum of strengths falls to the isovalue one decay length within it."""
+    """The default box; on its faces the potential is at most the isovalue over e."""
     total = float(strengths.sum())
     lowest = _LOWEST * total if isovalue is None else isovalue
     if not 0 < lowest < total:
@@ -166,8 +167,9 @@ def _box_around(
             f"isovalue: expected between 0 and {total:.6g}, the sum of strengths, got {lowest}; "
             "the potential is nowhere above",
         )
-    margin = (np.log(total / lowest) + 1) / decays.min()
-    return places.min(axis=0) - margin, places.max(axis=0) + margin
+    radii = (np.log(len(places) * strengths / lowest) + 1) / decays
+    reach = np.maximum(radii, 1 / decays)[:, None]
+    return (places - reach).min(axis=0), (places + reach).max(axis=0)
 
 
 def _corners(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[Floats, Floats]:

@@ -42,6 +42,8 @@ class ScalarField:
     smoothing : float
         Width of the Gaussian with which the values were smoothed, as :meth:`smoothed` records
         it; length. Default 0: as they came.
+    unsmoothed : array (nx, ny, nz), optional
+        The values before that, which tell how noisy they are.
 
     Raises
     ------
@@ -74,6 +76,7 @@ class ScalarField:
     name: str = "field"
     logarithmic: bool = False
     smoothing: float = 0.0
+    unsmoothed: Floats | None = None
     _spline: NdBSpline = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -87,6 +90,8 @@ class ScalarField:
         if values.dtype.kind not in "biuf":
             raise ArgumentError("A03", f"values: expected real numbers, got dtype {values.dtype}")
         object.__setattr__(self, "values", frozen(values))
+        if self.unsmoothed is not None:
+            object.__setattr__(self, "unsmoothed", frozen(self.unsmoothed))
         for name in ("spacing", "origin"):
             vector = frozen(getattr(self, name))
             if name == "spacing" and vector.ndim == 0:
@@ -192,7 +197,8 @@ class ScalarField:
         Returns
         -------
         ScalarField
-            With the width recorded in ``smoothing`` (widths of repeated calls add in squares).
+            With the width recorded in ``smoothing`` (widths of repeated calls add in squares) and
+            the first values in ``unsmoothed``.
 
         Raises
         ------
@@ -215,7 +221,8 @@ class ScalarField:
             raise ArgumentError("A02", f"width: expected a positive length, got {width!r}")
         values = gaussian_filter(self.values, width / self.spacing, mode="nearest")
         total = float(np.hypot(self.smoothing, width))
-        return replace(self, values=values, smoothing=total)
+        rough = self.values if self.unsmoothed is None else self.unsmoothed
+        return replace(self, values=values, smoothing=total, unsmoothed=rough)
 
     def __repr__(self) -> str:
         shape = " x ".join(map(str, self.values.shape))

@@ -22,7 +22,7 @@ from ..io._results import save
 from ..scalar_field import ScalarField
 from ._app import app, progress, say
 from ._methods import CLUSTERINGS, LAPLACIANS, MATCHES, MESHERS, SIGNATURES, SIZINGS, WITH_BOUNDARY
-from ._record import command_line, file_facts
+from ._record import another, command_line, file_facts
 
 _DEMO_ISOVALUE = 0.05
 
@@ -38,7 +38,7 @@ def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("isovary-d
     """
     paths = water_pair()
     say("Water: one O-H bond goes from 0.95 to 1.00 angstrom; isosurface at 0.05 e/bohr^3.")
-    command = command_line("demo", demo, {"out": out})
+    command = command_line("demo", demo, {"out": another(out)})
     _run(paths, lambda: [read_field(path) for path in paths], _DEMO_ISOVALUE, out, command, {})
 
 
@@ -207,7 +207,14 @@ def compare_files(
         return fields if smooth is None else [field.smoothed(smooth) for field in fields]
 
     paths = [path for path, _ in sources]
-    _run(paths, read, isovalue, out, command_line("compare", compare_files, given), options)
+    _run(
+        paths,
+        read,
+        isovalue,
+        out,
+        command_line("compare", compare_files, given | {"out": another(out)}),
+        options,
+    )
 
 
 def _part(text: str) -> float:

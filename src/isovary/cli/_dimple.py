@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from cyclopts import Parameter
@@ -21,7 +21,7 @@ from ..quality import mesh_quality
 from ..records import Surface
 from ..shapes import ellipsoid, icosphere, torus
 from ._app import app, progress, say
-from ._record import command_line, file_facts
+from ._record import another, command_line, file_facts
 
 _AROUND, _ALONG = 24, 10  # nodes of a torus per subdivision step
 _SHAPES: dict[str, Callable[[int, int], Surface]] = {
@@ -115,11 +115,12 @@ def _surface(shape: str, subdivisions: int, order: int) -> Surface:
     return _SHAPES[shape](subdivisions, order)
 
 
-def _choices(shape: str, given: dict[str, object]) -> dict[str, object]:
+def _choices(shape: str, given: dict[str, Any]) -> dict[str, object]:
     """Everything that made the mesh, default or not."""
     if shape not in _SHAPES:
-        given = given | {"shape": Path(shape).resolve()}
+        given = given | {"shape": Path(shape)}
     files = [] if shape in _SHAPES else [file_facts(Path(shape), "")]
-    made = {"command": command_line("dimple", dimple_surface, given), "files": files}
+    again = given | {"out": another(given["out"])}
+    made = {"command": command_line("dimple", dimple_surface, again), "files": files}
     numbers = {name: value for name, value in given.items() if name not in ("shape", "out")}
     return made | {"shape": shape} | numbers

@@ -22,7 +22,7 @@ from ..scalar_field import ScalarField
 from ..task import field_facts
 from ._app import app, progress, say
 from ._methods import MESHERS, SIZINGS
-from ._record import command_line, file_facts
+from ._record import another, command_line, file_facts
 
 
 @app.command(name="mesh")
@@ -97,7 +97,7 @@ def mesh_file(
                 surface = MESHERS[mesher](used, isovalue, sizing=wanted, **chosen)
             with walk.stage("mesh quality", 0.2):
                 quality = mesh_quality(surface, used, isovalue, sizing=wanted)
-        command = command_line("mesh", mesh_file, given)
+        command = command_line("mesh", mesh_file, given | {"out": another(out)})
         source = {"command": command, "files": [file_facts(field, read.name)]}
         save_mesh(
             surface,

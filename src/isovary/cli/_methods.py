@@ -45,7 +45,7 @@ WITH_BOUNDARY = ("fem", "fem-lumped", "cotangent")
 CLUSTERINGS: dict[str, Clustering] = {
     "k-medians": clusterings.k_medians,
     "k-medoids": clusterings.k_medoids,
-    "fuzzy-c-means": clusterings.fuzzy_c_means,
+    "fuzzy-c-means": partial(clusterings.fuzzy_c_means, metric="l2"),  # l1 fails with two groups
     "agglomerative": clusterings.agglomerative,
     "deterministic-annealing": clusterings.deterministic_annealing,
     "norm-bins": clusterings.norm_bins,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from hashlib import file_digest
@@ -10,12 +11,13 @@ from pathlib import Path
 
 
 def file_facts(path: Path, array: str) -> dict[str, str]:
-    """Where a file lies, which of its arrays was read, and the digest of the whole file.
+    """Where a file lies, the name of the field in it, and the digest of the whole file.
 
     Parameters
     ----------
     path : path
     array : str
+        Of an ``.npy`` file, which has none, its own name.
 
     Returns
     -------
@@ -27,8 +29,13 @@ def file_facts(path: Path, array: str) -> dict[str, str]:
     return {"path": str(path.resolve()), "array": array, "sha256": digest}
 
 
+def another(out: Path) -> Path:
+    """A folder beside the given one, so that a repeated run does not replace the first."""
+    return out.with_name(out.name + "-again")
+
+
 def command_line(name: str, function: Callable[..., object], given: Mapping[str, object]) -> str:
-    """The words that call a command again from any folder, without its defaults.
+    """The words that call a command again from any folder, without the defaults of this version.
 
     Parameters
     ----------
@@ -55,7 +62,7 @@ def command_line(name: str, function: Callable[..., object], given: Mapping[str,
         value = given[argument.name]
         if argument.kind is argument.POSITIONAL_ONLY:
             words.append(_word(value))
-        elif value != argument.default:
+        elif value != argument.default or isinstance(value, Path):
             words += _option(argument.name.replace("_", "-"), value)
     return shlex.join(words)
 
@@ -66,8 +73,11 @@ def _option(name: str, value: object) -> list[str]:
     values = value if isinstance(value, Sequence) and not isinstance(value, str) else [value]
     if values and isinstance(values[0], Sequence) and not isinstance(values[0], str):
         return [word for part in values for word in _option(name, part)]
-    return [f"--{name}", *map(_word, values)]
+    words = [_word(part) for part in values]
+    if isinstance(value, str) and value.startswith("-"):
+        return [f"--{name}={value}"]
+    return [f"--{name}", *words]
 
 
 def _word(value: object) -> str:
-    return str(value.resolve()) if isinstance(value, Path) else str(value)
+    return os.path.abspath(value) if isinstance(value, Path) else str(value)

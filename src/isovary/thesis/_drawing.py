@@ -22,7 +22,7 @@ WIDTH, DPI = 12.8, 130
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#1a1a1a")
 """Of curves: Okabe and Ito's, told apart by all."""
 
-_HEAD = 0.95  # inches above the panels
+_HEAD = 1.05  # inches above the panels
 _PIECES = 30_000
 
 
@@ -115,7 +115,8 @@ def draw_surface(
         from ..view._render_matplotlib import draw
     lift = 0.002 * float(np.ptp(surface.points, axis=0).max())
     lines = mesh_lines(surface, camera, lift) if mesh else None
-    draw(axes, Scene(pieces, at_pieces(surface, split, colors), lines), camera)
+    shown = np.clip(at_pieces(surface, split, colors), 0, 1)
+    draw(axes, Scene(pieces, shown, lines), camera)
     return axes
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from ..comparison import Comparison
-from ..geometry import Floats, rim_nodes
+from ..geometry import Floats, Ints, rim_nodes
 from . import _paint as paint
 from ._camera import Camera, in_sight
 from ._marks import (
@@ -42,6 +42,7 @@ _BASE, _BEFORE, _BEHIND = "#c9d4dc", "#d55e00", "#0072b2"
 _OPACITY = 0.5
 _BACK = 10.0  # displacements: far enough that only its outline is seen around the base
 _NEAREST = 3
+_SAME = 1e-9  # of the size: nearer than this is in one place
 
 
 def both(result: Comparison) -> Figure:
@@ -83,10 +84,10 @@ def both(result: Comparison) -> Figure:
 
 
 def _footer(figure: Figure, view: View) -> None:
-    lines = [view.problem] if view.problem else []
+    words = [view.problem] if view.problem else []
     if not is_carried(view.result):
-        lines.append("b: a mesh of its own; each place has the colour of the nearest partners.")
-    paragraphs(figure, (0.02, 0.045), [*lines, UNITS], width=0.96, color=SOFT)
+        words.append("b: a mesh of its own; each place has the colour of the nearest partners.")
+    paragraphs(figure, (0.02, 0.045), [" ".join([*words, UNITS])], width=0.96, color=SOFT)
 
 
 def size_of(result: Comparison) -> float:
@@ -95,8 +96,26 @@ def size_of(result: Comparison) -> float:
 
 
 def is_carried(result: Comparison) -> bool:
-    """Whether both meshes have the same triangles, so that node i is node i's partner."""
-    return np.array_equal(result.base.triangles, result.perturbed.triangles)
+    """Whether every node of the perturbed mesh is the partner of a node of the base."""
+    return bool((partner_nodes(result, 1)[1] < _SAME * size_of(result)).all())
+
+
+def partner_nodes(result: Comparison, count: int) -> tuple[Ints, Floats]:
+    """The base's nodes whose partners are nearest to each perturbed node, and how far these are.
+
+    Two arrays (m, count), the nearest first; only nodes whose change is known count.
+    """
+    from scipy.spatial import cKDTree
+
+    use = np.flatnonzero(paint.node_samples(result).known > 0)
+    nearest = np.arange(1, 1 + min(count, len(use)))
+    away, near = cKDTree(result.partners[use]).query(result.perturbed.points, k=nearest)
+    return use[near], away
+
+
+def reach(result: Comparison) -> float:
+    """Two node distances: a node without a partner within that is unknown."""
+    return float(2 * (result.base.area / len(result.base.points)) ** 0.5)
 
 
 def heading(result: Comparison) -> str:
@@ -160,7 +179,8 @@ def _overlay_panel(figure: Figure, view: View, pieces: Pieces) -> None:
     axes = _panel(figure, 2, "c", "In one place: the perturbed over the base", view)
     limit, away = paint.move_limit(view.result), _APART * size_of(view.result)
     outline = _outline(pieces, view.camera, _BACK * limit + away)
-    draw_surface(axes, view, overlay_colors(view, away), second=outline)
+    moved = replace(view, samples=view.samples.moved)
+    draw_surface(axes, moved, overlay_colors(view, away), second=outline)
     middle = _LEFT[2] + _WIDTH / 2
     if limit == 0:
         legend(figure, [Patch(color=_BASE, label="both surfaces coincide")], (middle, 0.19))
@@ -197,7 +217,7 @@ def overlay_colors(view: View, away: float) -> Floats:
     before, behind = _share(gap - least), _share(-gap - least)
     parts = np.column_stack([1 - before - behind, before, behind])
     colors: Floats = parts @ [to_rgb(_BASE), _mixed(_BASE, _BEFORE), _mixed(_BASE, _BEHIND)]
-    colors[view.samples.known == 0] = paint.NO_PARTNER
+    colors[view.samples.found == 0] = paint.NO_PARTNER
     return colors
 
 
@@ -239,20 +259,13 @@ def samples_there(view: View) -> paint.Samples:
     A carried mesh has the base's own. A node of another has the mean over the three nearest
     partners, weighted by inverse distance; without one within two node distances it is unknown.
     """
-    if is_carried(view.result):
-        return view.samples
-    from scipy.spatial import cKDTree
-
     result, nodes = view.result, paint.node_samples(view.result)
-    use = np.flatnonzero((nodes.known > 0) & np.isfinite(nodes.norm))
-    tree = cKDTree(result.partners[use])
-    away, near = tree.query(result.perturbed.points, k=np.arange(1, 1 + min(_NEAREST, len(use))))
+    near, away = partner_nodes(result, 1 if is_carried(result) else _NEAREST)
     weights = 1 / np.maximum(away, 1e-12 * size_of(result))
     weights /= weights.sum(axis=1, keepdims=True)
     there = {
-        f.name: np.einsum("nk,nk...->n...", weights, getattr(nodes, f.name)[use][near])
+        f.name: np.einsum("nk,nk...->n...", weights, getattr(nodes, f.name)[near])
         for f in fields(nodes)
     }
-    reach = 2 * (result.base.area / len(result.base.points)) ** 0.5
-    there["known"] = (away[:, 0] < reach).astype(float)
+    there["known"] = there["found"] = (away[:, 0] < reach(result)).astype(float)
     return paint.spread(paint.Samples(**there), result.perturbed, view.split)

@@ -97,7 +97,7 @@ def _strain(figure: Figure, view: View) -> None:
     strain = at_pieces(result.base, view.split, result.strain)
     colors = paint.mapped(paint.NORM_MAP, strain / (limit or 1.0))
     colors[np.isnan(strain)] = paint.NO_PARTNER
-    draw_surface(axes, view, colors)
+    draw_surface(axes, replace(view, samples=view.samples.moved), colors)
     if limit > 0:
         box = (left + 0.03, below - 0.022, _WIDTH - 0.06, 0.011)
         color_bar(figure, box, paint.NORM_MAP, (0, 100 * limit), "strain, %")

@@ -12,12 +12,14 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from ..geometry import Floats
 from ._camera import Camera
 
 INK, SOFT = "#1a1a1a", "#555555"
 _MOST_LINES = 5
+_SMALLEST = 6.0  # points that can be read
 
 Box = tuple[float, float, float, float]
 """Left, bottom, width, height in parts of the figure."""
@@ -29,11 +31,15 @@ def plain(text: str) -> str:
 
 
 def fit_line(figure: Figure, x: float, y: float, words: str, width: float, **style: Any) -> None:
-    """One line of text with its top left corner at (x, y), made smaller if it is too wide."""
+    """One line of text, its top left corner at (x, y); smaller if too wide, then cut short."""
     text = figure.text(x, y, plain(words), va="top", **style)
     wide = text.get_window_extent().width / figure.bbox.width
-    while wide > width:  # letters do not shrink evenly
-        text.set_fontsize(0.995 * float(text.get_fontsize()) * width / wide)
+    while wide > width and len(words) > 1:  # letters do not shrink evenly
+        size = 0.995 * float(text.get_fontsize()) * width / wide
+        text.set_fontsize(max(size, _SMALLEST))
+        if size < _SMALLEST:
+            words = words[: int(0.98 * len(words) * size / _SMALLEST)]
+            text.set_text(plain(words.rstrip() + "…"))
         wide = text.get_window_extent().width / figure.bbox.width
 
 
@@ -70,6 +76,7 @@ def color_bar(
     bar = figure.colorbar(scale, cax=axes, orientation="horizontal")
     bar.outline.set_visible(False)
     axes.locator_params(nbins=6)
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:.3g}"))
     axes.tick_params(labelsize=8, length=2)
     bar.set_label(label, size=8.5)
 

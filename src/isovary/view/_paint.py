@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from matplotlib import colormaps
@@ -55,6 +55,8 @@ class Samples:
     displacement : array (k,)
         Along the normal; length.
     known : array (k,)
+        1 where the change is known, else 0.
+    found : array (k,)
         1 where there is a partner, else 0.
     memberships : array (k, groups)
         How far the place belongs to each group; (k, 0) where groups are hard.
@@ -67,7 +69,13 @@ class Samples:
     scores: Floats
     displacement: Floats
     known: Floats
+    found: Floats
     memberships: Floats
+
+    @property
+    def moved(self) -> Samples:
+        """The same for what is known wherever there is a partner, as the displacement is."""
+        return replace(self, known=self.found)
 
     @property
     def groups(self) -> np.ndarray:
@@ -90,13 +98,14 @@ def node_samples(result: Comparison) -> Samples:
         group_margin=np.where(labels >= 0, excess, -excess),
         scores=_scores(result),
         displacement=result.correspondence.distance,
-        known=result.correspondence.found.astype(float),
+        known=(result.correspondence.found & np.isfinite(norm)).astype(float),
+        found=result.correspondence.found.astype(float),
         memberships=np.empty((len(labels), 0)) if shares is None else shares,
     )
 
 
 def piece_samples(result: Comparison, split: int) -> Samples:
-    """The same at the middle of each piece; its nearest node tells whether it has a partner.
+    """The same at the middle of each piece; its nearest node tells what is known.
 
     Borders of significance and of groups run where interpolated values cross,
     so they are smooth and still agree with every node.
@@ -107,7 +116,8 @@ def piece_samples(result: Comparison, split: int) -> Samples:
 def spread(nodes: Samples, surface: Surface, split: int) -> Samples:
     """What is known at a surface's nodes, at the middle of each of its pieces."""
     inside = {f.name: at_pieces(surface, split, getattr(nodes, f.name)) for f in fields(Samples)}
-    inside["known"] = nodes.known[nearest_nodes(surface, split)]
+    nearest = nearest_nodes(surface, split)
+    inside |= {"known": nodes.known[nearest], "found": nodes.found[nearest]}
     return Samples(**inside)
 
 
@@ -142,7 +152,7 @@ def paint_displacement(samples: Samples, limit: float) -> Floats:
         colors = np.tile(NEUTRAL, (len(samples.norm), 1))
     else:
         colors = mapped(MOVE_MAP, 0.5 + samples.displacement / (2 * limit))
-    return _unknown(colors, samples)
+    return _unknown(colors, samples.moved)
 
 
 def paint_groups(samples: Samples) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -106,7 +106,8 @@ def displacement_panel(figure: Figure, view: View) -> None:
     limit = paint.move_limit(view.result)
     size = float(np.ptp(view.result.base.points, axis=0).max())
     lines = mesh_lines(view.result.perturbed, view.camera, limit + 0.005 * size)
-    draw_surface(axes, view, paint.paint_displacement(view.samples, limit), lines)
+    moved = replace(view, samples=view.samples.moved)
+    draw_surface(axes, moved, paint.paint_displacement(view.samples, limit), lines)
     if limit > 0:
         words = "normal displacement, + towards lower values (length)"
         color_bar(figure, (0.44, 0.552, 0.195, 0.012), paint.MOVE_MAP, (-limit, limit), words)
@@ -225,13 +226,14 @@ def mark_peak(axes: Axes, view: View) -> None:
 
 
 def _number_groups(axes: Axes, view: View, count: int) -> None:
-    """Each group's number on it, at the visible place nearest to its visible centre."""
+    """Each group's number on it, at the visible place farthest from all other groups."""
     pieces, direction = view.pieces, view.camera.axes[2]
     front = np.flatnonzero(pieces.facing @ direction > 0.4)
     taken = [] if view.mark is None else [view.mark]
     free = 0.08 * float(np.diff(axes.get_xlim())[0])
+    groups = view.samples.groups[front]
     for group in range(count):
-        inside = front[view.samples.groups[front] == group]
+        inside = front[groups == group]
         if len(inside) == 0:
             continue
         inside = inside[:: max(1, len(inside) // 400)]
@@ -239,7 +241,18 @@ def _number_groups(axes: Axes, view: View, count: int) -> None:
         flat = view.camera.project(places)[:, :2]
         good = in_sight(places, pieces.middles, direction) & apart(flat, taken, free)
         if good.any():
-            away = np.linalg.norm(flat - flat.mean(axis=0), axis=1)
-            place = flat[np.where(good, away, np.inf).argmin()]
+            others = view.camera.project(pieces.middles[front[groups != group]])[:, :2]
+            place = flat[np.where(good, _depth(flat, others), -np.inf).argmax()]
             number(axes, place, str(group))
             taken.append(place)
+
+
+def _depth(places: Floats, others: Floats) -> Floats:
+    """How far places (k, 2) are from the others; without others, how near to their middle."""
+    from scipy.spatial import cKDTree
+
+    if len(others):
+        away: Floats = cKDTree(others).query(places)[0]
+        return away
+    middle: Floats = -np.linalg.norm(places - places.mean(axis=0), axis=1)
+    return middle

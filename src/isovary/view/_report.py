@@ -88,7 +88,7 @@ def write_report(
         "last": str(len(result.base.points) - 1),
         "marked": "" if view.peak is None else str(view.peak),
         "groups": group_rows(result),
-        "pictures": "".join(map(_picture, drawn, words)),
+        "pictures": "".join(_picture(*both) for both in zip(drawn, words, strict=True)),
         "repeat": repeat(result),
         "tables": tables(result),
         "version": escape(version("isovary")),
@@ -160,4 +160,6 @@ def _sources(result: Comparison) -> str:
     if not files:
         return "base against perturbed"
     first, last = (PurePath(files[k]["path"]).name for k in (0, -1))
+    if first == last:
+        first, last = (f"{first} {files[k]['array']}" for k in (0, -1))
     return f"base {first} against perturbed {last}"

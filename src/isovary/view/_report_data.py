@@ -12,10 +12,12 @@ from ..color import embedding_colors, group_colors
 from ..comparison import Comparison
 from ..embedding import classical_mds
 from ..geometry import EDGES, Floats, Ints, linear_triangles
+from ..noise import SIGNIFICANCE
 from ..records import Surface
 from ..signature import diffusion_radius
 from . import _paint as paint
 from ._borders import group_pieces, no_pieces, node_labels
+from ._both import is_carried, partner_nodes, reach
 
 _UNKNOWN, _NEUTRAL, _LOWEST, _HIGHEST = 0, 1, 2, 254
 _SLIDER, _CURVE = 50, 20  # columns at most
@@ -64,7 +66,7 @@ def mode_colors(result: Comparison) -> dict[str, str]:
 def paint_likeness(result: Comparison) -> Floats:
     """Colours (n, 3) of the significant nodes as far apart as their changes; grey elsewhere."""
     colors = np.tile(paint.NEUTRAL, (len(result.change), 1))
-    colors[~result.correspondence.found] = paint.NO_PARTNER
+    colors[paint.node_samples(result).known == 0] = paint.NO_PARTNER
     shown = result.significant
     colors[shown] = embedding_colors(classical_mds(result.change[shown]))
     return colors
@@ -96,12 +98,19 @@ def border_pieces(result: Comparison) -> dict[str, Any]:
 
 
 def other_surface(result: Comparison) -> dict[str, Any]:
-    """The perturbed surface, aligned: nodes, edges, and triangles unless they are the base's."""
+    """The perturbed surface, aligned: its nodes, edges, triangles and nearest nodes of the base.
+
+    The latter two are None for a mesh that was carried whole: they are the base's. A node far
+    from all partners has -1.
+    """
     surface = result.perturbed
-    same = np.array_equal(surface.triangles, result.base.triangles)
+    near, away = partner_nodes(result, 1)
+    nodes = np.where(away < reach(result), near, -1).ravel()
+    same = np.array_equal(surface.triangles, result.base.triangles) and is_carried(result)
     flat = None if same else _text(linear_triangles(surface.triangles).astype("<i4"))
     return {
         "points": _text(surface.points.astype("<f4")),
+        "nodes": None if same else nodes.tolist(),
         "edges": _text(edge_nodes(surface).astype("<i4")),
         "along": surface.order + 1,  # nodes of an edge
         "triangles": flat,
@@ -127,7 +136,7 @@ def noise_limit(result: Comparison) -> float:
 
 def scale_limit(result: Comparison) -> float:
     """Largest significant change at any time."""
-    clear = np.abs(result.change) > result.noise_floor
+    clear = np.abs(result.change) > SIGNIFICANCE * result.noise_floor
     return float(np.abs(result.change[clear]).max()) if clear.any() else 0.0
 
 
@@ -147,7 +156,7 @@ def scale_bytes(result: Comparison) -> dict[str, Any]:
     share = np.clip(np.nan_to_num(change) / limit, -1, 1)
     middle, half = (_LOWEST + _HIGHEST) / 2, (_HIGHEST - _LOWEST) / 2
     code = np.round(middle + half * share).astype(np.uint8)
-    code[~(np.abs(change) > result.noise_floor[:, columns])] = _NEUTRAL
+    code[~(np.abs(change) > SIGNIFICANCE * result.noise_floor[:, columns])] = _NEUTRAL
     code[np.isnan(change)] = _UNKNOWN
     colors = paint.mapped(paint.MOVE_MAP, (np.arange(256) - _LOWEST) / (2 * half))
     colors[_UNKNOWN], colors[_NEUTRAL] = paint.NO_PARTNER, paint.NEUTRAL

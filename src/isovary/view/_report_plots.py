@@ -24,7 +24,7 @@ _ZOOM = 1.45
 
 def surface_figure(result: Comparison, camera: Camera, marked: int | None) -> go.Figure:
     """The base surface and the marked point's ring, in a box that holds both surfaces."""
-    x, y, z = np.round(result.base.points, 6).astype(np.float32).T
+    x, y, z = result.base.points.astype(np.float32).T
     size = np.uint16 if len(x) <= 65_536 else np.int32
     i, j, k = linear_triangles(result.base.triangles).astype(size).T
     light = {"ambient": 0.75, "diffuse": 0.32, "specular": 0.05, "fresnel": 0.0, "roughness": 0.9}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from importlib.metadata import version
 from typing import Any, cast
 
 import numpy as np
@@ -61,7 +62,8 @@ def repeat(result: Comparison) -> str:
         for file in files
     )
     return (
-        f"<h3>To repeat it</h3><pre>{escape(str(command))}</pre>"
+        f"<h3>To repeat it, with isovary {escape(version('isovary'))}</h3>"
+        f"<pre>{escape(str(command))}</pre>"
         f'<table class="files"><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>'
     )
 
@@ -169,6 +171,6 @@ def said(value: object) -> str:
     if isinstance(value, list | tuple):
         return " × ".join(said(part) for part in value)
     if isinstance(value, float):
-        return f"{value:.4g}"
+        return f"{value:.4g}" if value == value else "unknown"
     text = str(value)
     return text[:12] + "…" if re.fullmatch(r"[0-9a-f]{64}", text) else text

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..comparison import Comparison
-from ..geometry import Bools, Floats, shape_functions
+from ..geometry import Bools, Floats, node_components, rim_nodes, shape_functions
 from ..records import Surface
 from ..signature import diffusion_radius
 from ._camera import Camera
@@ -62,12 +62,16 @@ def rim_band(result: Comparison, pieces: Pieces, split: int, node: int | None) -
     Returns
     -------
     RimBand or None
-        None on a closed surface, without a marked node, and for signatures not over times.
+        None for a node of a closed component, without one, and for signatures not over times.
     """
     if node is None or not (result.topology.boundary_loops and result.methods.kind.per_time):
         return None
+    parts, rims = node_components(result.base.triangles), rim_nodes(result.base.triangles)
+    if parts[node] not in parts[rims]:
+        return None
     time = result.columns[int(np.nanargmax(np.abs(result.change[node])))]
     radius, distance = float(diffusion_radius(time)), result.rim_distance
+    distance = np.where(np.isin(parts, parts[rims]), distance, distance.max() + radius)
     lines = contour(pieces, at_corners(result.base, split, distance), radius)
     return RimBand(radius, float(distance.max()), lines)
 

@@ -76,9 +76,10 @@ def verdict(result: Comparison, half_share: float) -> str:
         )
     kind = result.methods.kind
     what = "Intrinsic shape" if kind.short == "hks" else f"The {kind.abbreviation}"
+    over = "scales" if kind.per_time else "columns"
     return (
-        f"{what} changed by up to {percent(norm_limit(result))}; half of the change lies "
-        f"on {percent(half_share)} of the surface"
+        f"{what} changed by up to {percent(norm_limit(result))} (mean over {over}); half of the "
+        f"change lies on {percent(half_share)} of the surface"
     )
 
 
@@ -102,8 +103,8 @@ def answer(result: Comparison, significant_share: float) -> str:
         at = f"at the scale of {diffusion_radius(column):.2g} (diffusion radius)"
     local = percent(result.kind_shares[Kind.NEW_SHAPE.words])
     return (
-        f"{percent(significant_share)} of the surface changed significantly, {local} by 1 % or "
-        f"more at a local scale; most {at} near "
+        f"{local} of the surface changed by 1 % or more at a local scale, "
+        f"{percent(significant_share)} by more than the noise at any; most {at} near "
         f"{near}; signal over noise {_two_digits(1 / result.relative_noise)}."
     )
 
