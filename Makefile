@@ -60,7 +60,7 @@ docs: $(STAMP)-docs
 	@echo 'open docs/_build/index.html'
 
 thesis: $(STAMP)
-	$(BIN)/isovary thesis all -o docs/thesis
+	OMP_NUM_THREADS=1 $(BIN)/isovary thesis all -o docs/thesis
 
 bench: $(STAMP)
 	$(BIN)/python benchmarks/run.py

@@ -18,7 +18,7 @@ from ..view._opengl import opengl_problem
 from ..view._scene import Scene, mesh_lines
 from ..view._tessellate import at_pieces, tessellate
 
-WIDTH, DPI = 12.8, 130
+WIDTH, DPI = 12.8, 100
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#1a1a1a")
 """Of curves: Okabe and Ito's, told apart by all."""
 
