@@ -480,8 +480,8 @@ def draw_methods(pair: Pair) -> None:
     panels += [embedding_panel(name, pair) for name in EMBEDDINGS]
     draw_panels(
         panels,
-        f"Two groups overlap a shallow dimple by {found[0][0]:.0%} at best and "
-        f"{found[-1][0]:.0%} at worst; embeddings show it whole",
+        f"Two groups overlap a shallow dimple by {found[-1][0]:.0%} to {found[0][0]:.0%}; "
+        "embeddings show it whole",
         "unit sphere, dimples of depth 0.05 at both poles, one of them seen; inside the black line "
         "a dimple has more than a tenth of its depth; IoU: overlap of the best group with that",
         DOCS / "grouping.png",

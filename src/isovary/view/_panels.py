@@ -226,9 +226,10 @@ def mark_peak(axes: Axes, view: View) -> None:
 
 
 def _number_groups(axes: Axes, view: View, count: int) -> None:
-    """Each group's number on it, at the visible place farthest from all other groups."""
+    """Each group's number on it, at the visible place farthest from other groups and outlines."""
     pieces, direction = view.pieces, view.camera.axes[2]
-    front = np.flatnonzero(pieces.facing @ direction > 0.4)
+    slant = pieces.facing @ direction
+    front, outline = np.flatnonzero(slant > 0.4), np.flatnonzero(np.abs(slant) <= 0.4)
     taken = [] if view.mark is None else [view.mark]
     free = 0.08 * float(np.diff(axes.get_xlim())[0])
     groups = view.samples.groups[front]
@@ -241,8 +242,9 @@ def _number_groups(axes: Axes, view: View, count: int) -> None:
         flat = view.camera.project(places)[:, :2]
         good = in_sight(places, pieces.middles, direction) & apart(flat, taken, free)
         if good.any():
-            others = view.camera.project(pieces.middles[front[groups != group]])[:, :2]
-            place = flat[np.where(good, _depth(flat, others), -np.inf).argmax()]
+            others = np.concatenate([front[groups != group], outline])
+            around = view.camera.project(pieces.middles[others])[:, :2]
+            place = flat[np.where(good, _depth(flat, around), -np.inf).argmax()]
             number(axes, place, str(group))
             taken.append(place)
 
