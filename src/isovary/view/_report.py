@@ -41,7 +41,7 @@ _PICTURES = (
     "Base and perturbed surface, side by side and in one place",
     "The opposite side, strain, histogram, groups by scale, eigenvalues",
 )
-_DPI = 110  # of the pictures: the page is not wider
+_DPI = 100  # of the pictures: the page is not wider
 
 
 def write_report(

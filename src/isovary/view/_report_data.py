@@ -20,7 +20,7 @@ from ._borders import group_pieces, no_pieces, node_labels
 from ._both import is_carried, partner_nodes, reach
 
 _UNKNOWN, _NEUTRAL, _LOWEST, _HIGHEST = 0, 1, 2, 254
-_SLIDER, _CURVE = 50, 20  # columns at most
+_SLIDER, _CURVE = 40, 20  # columns at most
 _STEPS = 65_534  # from the smallest to the largest value; one more for unknown
 
 
