@@ -130,5 +130,26 @@ MAKING = tuple(
             'file_digest(file, "sha512")',
             "tests/test_command_record.py",
         ),
+        (
+            "thesis: the printed W divides",
+            "thesis/_fig_4_1_5.py",
+            '"printed": printed_change(base, other)',
+            '"printed": scaled_change(base, other)',
+            THESIS + "4_1_5.py",
+        ),
+        (
+            "thesis: fuzzy l1 in l2",
+            "thesis/_fig_4_5.py",
+            "fuzzy_c_means(rows, count, **chosen)",
+            'fuzzy_c_means(rows, count, metric="l2", **chosen)',
+            THESIS + "4_5.py",
+        ),
+        (
+            "thesis: sheet bent less",
+            "thesis/_fig_2_1.py",
+            "bend=bend, order=order)",
+            "bend=0.9 * bend, order=order)",
+            THESIS + "2_1.py",
+        ),
     )
 )
