@@ -291,3 +291,10 @@ def test_a_comparison_chooses_and_tells():
     for wrong, text in (("many", "groups: expected a number or 'auto', got 'many'"), (0, "groups")):
         with pytest.raises(ArgumentError, match=f"{text}.*A02"):
             iv.compare(ball(1.0), ball(1.05), 0.0, groups=wrong, **small)
+
+
+def test_few_different_rows_are_their_own_groups():
+    """Oracle: algebra. Three points, twenty times each: eight groups cannot be, three are."""
+    rows = np.repeat([[0.0], [5.0], [9.0]], 20, axis=0)
+    assert chosen_count(rows, iv.k_medians).count == 3
+    assert chosen_count(np.ones((30, 2)), iv.k_medians).count == 1

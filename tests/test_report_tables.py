@@ -27,6 +27,7 @@ from isovary.view._report_data import (
     scale_limit,
 )
 from isovary.view._report_keys import legends
+from isovary.view._report_plots import surface_figure
 from isovary.view._report_tables import group_rows, repeat, tables
 from isovary.view._words import percent
 
@@ -252,3 +253,12 @@ def test_a_mesh_of_its_own_knows_the_nearest_nodes():
     every = np.linalg.norm(rays.partners[:, None] - rays.perturbed.points, axis=2)
     np.testing.assert_allclose(away, np.nanmin(every, axis=0))
     assert (nodes >= 0).all()
+
+
+def test_places_keep_their_digits_in_any_unit(plain):
+    """Oracle: algebra. In units of 1e-9 the page's places are those of the base, to 1e-6 of it."""
+    small = replace(plain, base=replace(plain.base, points=1e-9 * plain.base.points))
+    view = prepare(plain)
+    drawn = surface_figure(small, view.camera, None).data[0]
+    places = np.column_stack([np.asarray(drawn[axis], dtype=float) for axis in "xyz"])
+    np.testing.assert_allclose(places, small.base.points, atol=1e-15)
