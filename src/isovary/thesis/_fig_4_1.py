@@ -16,15 +16,15 @@ from ..records import Surface
 from ..shapes import icosphere
 from ..view._paint import NORM_MAP
 from ._drawing import COLORS, curve_axes, draw_surface, grid, logarithmic, new_figure
+from ._gaussian_dimples import POLES, dimpled, region
+from ._gaussian_dimples import angles as angles_from
 from ._perturbed import best_group, overlap
 from ._records import Experiment, Finding, Outcome, Settings, Verdict
 from ._steps import Signed, scaled_change, signed
 
 _TITLE = "The working example: a sphere, and with two dimples"
-_TENTH = np.log(10) ** 0.5  # widths: there a dimple has a tenth of its depth
 _WHOLE, _PARTLY = 0.9, 0.5  # IoU: found whole; more in common than not
 _PROPORTIONAL = 0.05  # relative departure from it
-_TIPS = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,14 +60,7 @@ def run(settings: Settings) -> Outcome:
 
 
 def _dimpled(sphere: Surface, depth: float, settings: Settings) -> Surface:
-    """The sphere with radius 1 - depth exp(-(angle / width)^2) around both poles."""
-    fall = np.exp(-((_angles(sphere) / settings["width"]) ** 2)).sum(axis=1)
-    return Surface(sphere.points * (1 - depth * fall)[:, None], sphere.triangles)
-
-
-def _angles(sphere: Surface) -> Floats:
-    """From both tips (n, 2)."""
-    return np.asarray(np.arccos(np.clip(sphere.points @ _TIPS.T, -1, 1)))
+    return dimpled(sphere, POLES, depth, settings["width"])
 
 
 def _signed(surface: Surface, base: Signed, settings: Settings) -> Signed:
@@ -76,17 +69,17 @@ def _signed(surface: Surface, base: Signed, settings: Settings) -> Signed:
 
 def _example(sphere: Surface, settings: Settings) -> _Example:
     base = signed(sphere, settings["pairs"], settings["times"])
-    region = np.asarray(_angles(sphere).min(axis=1) < settings["width"] * _TENTH)
+    inside = region(sphere, POLES, settings["width"])
     areas = node_areas(sphere.points, sphere.triangles)
     changes, labels, fits = {}, {}, {}
     for depth in settings["depths"]:
         other = _signed(_dimpled(sphere, depth, settings), base, settings)
         change = scaled_change(base, other)
         groups = k_medians(change, settings["clusters"], rng=settings["seed"]).labels
-        best = best_group(groups, region, areas)
-        fits[depth] = overlap(np.equal(groups, best), region, areas)
+        best = best_group(groups, inside, areas)
+        fits[depth] = overlap(np.equal(groups, best), inside, areas)
         changes[depth], labels[depth] = change, np.where(groups == best, 1, 0)
-    return _Example(base, changes, labels, fits, region)
+    return _Example(base, changes, labels, fits, inside)
 
 
 def _departures(sphere: Surface, settings: Settings) -> dict[float, float]:
@@ -127,7 +120,7 @@ def _found(curved: _Example, flat: _Example) -> Finding:
 def _local(curved: _Example) -> Finding:
     deepest = max(curved.changes)
     norm = change_norm(curved.changes[deepest])
-    angles = _angles(curved.base.surface)
+    angles = angles_from(curved.base.surface, POLES)
     nearest = angles.min(axis=1)
     tip, far = float(norm[nearest.argmin()]), float(norm[nearest.argmax()])
     apart = norm[[int(angles[:, k].argmin()) for k in (0, 1)]]
@@ -209,7 +202,7 @@ def _draw(example: _Example, departures: dict[float, float], settings: Settings)
 
 def _draw_profile(figure: Figure, cell: SubplotSpec, example: _Example) -> None:
     axes = curve_axes(figure, cell, "Mean change", "angle from the tip (°)", "part of the mean HKS")
-    nearest = np.degrees(_angles(example.base.surface).min(axis=1))
+    nearest = np.degrees(angles_from(example.base.surface, POLES).min(axis=1))
     order = nearest.argsort()
     for (depth, change), color in zip(example.changes.items(), COLORS, strict=False):
         norm = change_norm(change)

@@ -19,7 +19,7 @@ from ._judged import (
     common_top,
     curved,
     draw_histogram,
-    draw_spike,
+    draw_spikes,
     error_bar,
     error_colors,
     exact_histogram,
@@ -183,7 +183,9 @@ def _draw(
         if name == "flat":
             error_bar(shown, low, high)
     _draw_pairs(figure, cells[4], truth, judged, top)
-    _draw_spikes(figure, cells[5], sphere)
+    caption = "Sphere: exactly, all differences are 0"
+    axes = curve_axes(figure, cells[5], caption, PERCENT, "pairs (% per bin)")
+    draw_spikes(axes, sphere, 30, zip(_COLORS, _NAMES, _SIDES, strict=True))
     return figure
 
 
@@ -204,23 +206,6 @@ def _draw_pairs(
         draw_histogram(axes, one.histogram(top), top, color=color, lw=1.6, label=one.name)
     axes.set_xlim(0, top)
     axes.legend(frameon=False)
-
-
-def _draw_spikes(figure: Figure, cell: SubplotSpec, sphere: Sequence[Judged]) -> None:
-    axes = curve_axes(
-        figure,
-        cell,
-        "Sphere: exactly, all differences are 0",
-        PERCENT,
-        "pairs (% per bin)",
-    )
-    bins = np.geomspace(min(1e-4, mean_norm(sphere[2]) / 30), 30, 120)
-    for one, color, name, side in zip(sphere, _COLORS, _NAMES, _SIDES, strict=True):
-        draw_spike(axes, one, bins, color=color, fill=True, alpha=0.75)
-        label = axes.text(mean_norm(one), 0.93, name, transform=axes.get_xaxis_transform())
-        label.set(color=color, ha=side, weight="bold")
-    axes.margins(y=0.2)
-    axes.set_xscale("log")
 
 
 EXPERIMENT = Experiment("4.11", _TITLE, run, also=("4.12",))

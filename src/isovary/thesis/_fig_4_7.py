@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.gridspec import SubplotSpec
 
 from ..meshing import contour, curvature_sizing, distmesh, marching_cubes
 from ._drawing import COLORS, curve_axes, draw_surface, grid, new_figure
@@ -15,7 +14,7 @@ from ._judged import (
     Judged,
     common_top,
     draw_histogram,
-    draw_spike,
+    draw_spikes,
     error_bar,
     error_colors,
     exact_histogram,
@@ -149,19 +148,10 @@ def _draw(
         draw_histogram(axes, one.histogram(top), top, color=color, lw=1.6, label=one.name)
     axes.set_xlim(0, top)
     axes.legend(frameon=False)
-    _draw_spikes(figure, cells[5], sphere)
+    caption = "4.8: sphere, exactly all are 0"
+    axes = curve_axes(figure, cells[5], caption, PERCENT, "pairs (% per bin)")
+    draw_spikes(axes, sphere, 10, zip(_COLORS, _CAPTIONS, _SIDES, strict=True))
     return figure
-
-
-def _draw_spikes(figure: Figure, cell: SubplotSpec, sphere: Sequence[Judged]) -> None:
-    axes = curve_axes(figure, cell, "4.8: sphere, exactly all are 0", PERCENT, "pairs (% per bin)")
-    bins = np.geomspace(min(1e-4, mean_norm(sphere[2]) / 30), 10, 120)
-    for one, color, name, side in zip(sphere, _COLORS, _CAPTIONS, _SIDES, strict=True):
-        draw_spike(axes, one, bins, color=color, fill=True, alpha=0.75)
-        label = axes.text(mean_norm(one), 0.93, name, transform=axes.get_xaxis_transform())
-        label.set(color=color, ha=side, weight="bold")
-    axes.margins(y=0.2)
-    axes.set_xscale("log")
 
 
 EXPERIMENT = Experiment("4.7", _TITLE, run, also=("4.8",))

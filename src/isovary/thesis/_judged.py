@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -136,6 +136,19 @@ def draw_spike(axes: Axes, one: Judged, bins: Floats, **style: object) -> None:
     middles = (np.arange(BINS) + 0.5) * top / BINS
     shares = np.histogram(middles, bins, weights=one.histogram(top))[0]
     axes.stairs(100 * shares, bins, **style)  # type: ignore[arg-type]
+
+
+def draw_spikes(
+    axes: Axes, sphere: Sequence[Judged], last: float, styles: Iterable[tuple[str, str, str]]
+) -> None:
+    """Histograms of a sphere's pairs, each with its colour, name and the side that stands on."""
+    bins = np.geomspace(min(1e-4, mean_norm(sphere[2]) / 30), last, 120)
+    for one, (color, name, side) in zip(sphere, styles, strict=True):
+        draw_spike(axes, one, bins, color=color, fill=True, alpha=0.75)
+        label = axes.text(mean_norm(one), 0.93, name, transform=axes.get_xaxis_transform())
+        label.set(color=color, ha=side, weight="bold")
+    axes.margins(y=0.2)
+    axes.set_xscale("log")
 
 
 def valences(surface: Surface) -> Ints:

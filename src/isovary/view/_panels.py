@@ -34,7 +34,7 @@ from ._marks import (
 from ._rim_band import RimBand
 from ._scene import Scene, Strokes, mesh_lines
 from ._tessellate import Pieces
-from ._words import group_shares, percent, unknown
+from ._words import percent, unknown
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,10 +124,12 @@ def groups_panel(figure: Figure, view: View) -> None:
     draw_surface(axes, view, paint.paint_groups(view.samples))
     samples, count = view.samples, len(view.result.clusters.centers)
     colors = group_colors(count)
-    shares = group_shares(samples.groups, view.pieces.areas, samples.norm, count)
     entries: list[Artist] = [
-        Patch(color=tuple(color), label=f"{k}: {percent(share)}, {percent(mean)}")
-        for k, (color, (share, mean)) in enumerate(zip(colors, shares, strict=True))
+        Patch(
+            color=tuple(colors[group.number]),
+            label=f"{group.number}: {percent(group.area_share)}, {percent(group.mean_change)}",
+        )
+        for group in sorted(view.result.group_table, key=lambda group: group.number)
     ]
     if (samples.groups[samples.known > 0] < 0).any():
         entries.append(Patch(color=paint.NEUTRAL, label="no group"))

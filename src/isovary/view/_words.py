@@ -9,7 +9,7 @@ import numpy as np
 
 from ..comparison import Comparison
 from ..extrinsic import Kind
-from ..geometry import Floats, Ints
+from ..geometry import Floats
 from ..signature import diffusion_radius
 from ._paint import norm_limit
 
@@ -171,16 +171,3 @@ def _shape(result: Comparison) -> str:
         else "closed",
     ]
     return ", ".join(parts)
-
-
-def group_shares(
-    groups: Ints, areas: Floats, norm: Floats, count: int
-) -> list[tuple[float, float]]:
-    """Part of the area and area-weighted mean norm of each group, NaN for an empty one."""
-    shares = []
-    for group in range(count):
-        inside = areas * (groups == group)
-        total = inside.sum()
-        mean = float(inside @ np.nan_to_num(norm) / total) if total > 0 else float("nan")
-        shares.append((float(total / areas.sum()), mean))
-    return shares
