@@ -205,8 +205,8 @@ GROUPS = (
     Fault(
         "borders: each piece with points of its own",
         "view/_borders.py",
-        "cell = _SAME_PLACE *",
-        "cell = 1e-14 *",
+        "_, first, same = np.unique(grid, axis=0, return_index=True, return_inverse=True)",
+        "first = same = np.arange(len(grid))",
         (BORDERS,),
     ),
     Fault(
