@@ -10,6 +10,7 @@ import pytest
 from matplotlib.text import Text
 
 import isovary as iv
+from isovary.records import Clusters, Correspondence
 
 _BOX = ((-1.6, -1.6, -1.6), (1.6, 1.6, 1.6))
 
@@ -64,3 +65,26 @@ def check_texts(figure):
         wide = min(a.x1, b.x1) - max(a.x0, b.x0)
         high = min(a.y1, b.y1) - max(a.y0, b.y0)
         assert wide <= 1 or high <= 1, (one, two)
+
+
+def without_partners(result, lost):
+    """A comparison as if these nodes (mask (n,)) had found no partner."""
+    old = result.correspondence
+    partners = Correspondence(
+        np.where(lost, -1, old.triangle),
+        np.where(lost[:, None], np.nan, old.barycentric),
+        np.where(lost, np.nan, old.distance),
+        np.where(lost, 0, old.hits),
+    )
+    rows = {
+        name: np.where(lost[:, None], np.nan, getattr(result, name))
+        for name in ("change", "unit_area_change", "perturbed_signature", "noise_floor")
+    }
+    clusters = Clusters(np.where(lost, -1, result.clusters.labels), result.clusters.centers)
+    return replace(
+        result,
+        correspondence=partners,
+        significant=result.significant & ~lost,
+        clusters=clusters,
+        **rows,
+    )

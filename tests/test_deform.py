@@ -234,14 +234,18 @@ def test_the_other_side_of_a_plate_stays(order):
 
 
 def test_another_component_stays():
-    """Oracle: algebra. Of two sheets 0.1 apart, both within the radius, the nearest moves."""
+    """Oracle: algebra. Of two sheets 0.1 apart, both within the radius, the nearest moves.
+
+    By about 0.143 radii of 0.8, so that it runs through the other, and that is told.
+    """
     flat = sheet(2.0, 2.0, (8, 8))
     count = len(flat.points)
     both = Surface(
         np.concatenate([flat.points, flat.points - [0, 0, 0.1]]),
         np.concatenate([flat.triangles, flat.triangles + count]),
     )
-    moved = dimple(both, flat.points.mean(axis=0) - [0, 0, 0.03], 0.8).points
+    with pytest.warns(UserWarning, match=r"runs through itself.*\[M08\]"):
+        moved = dimple(both, flat.points.mean(axis=0) - [0, 0, 0.03], 0.8).points
     assert (moved[count:] == both.points[count:]).all()
     assert np.abs(moved[:count] - both.points[:count]).max() > 0.05
 
@@ -269,10 +273,12 @@ def test_what_hangs_together_beyond_the_radius_only_is_apart():
     points = np.array([[x + 20 * y, y, z] for x, z in arms for y in (0.0, 0.02)])
     cells = [(2 * k, 2 * k + 2, 2 * k + 3, 2 * k + 1) for k in range(24)]
     strip = Surface(points, [t for a, b, c, d in cells for t in ((a, b, c), (a, c, d))])
-    moved = dimple(strip, ORIGIN, 1.0, alpha=0.05).points
+    with pytest.warns(UserWarning, match=r"7 node\(s\) moved.*\[M11\]"):
+        moved = dimple(strip, ORIGIN, 1.0, alpha=0.05).points
     assert (moved[26:] == points[26:]).all()
     assert (moved[:7] != points[:7]).any(axis=1).all()
-    tip = dimple(strip, [3, 0, 0], 1.0, alpha=0.05).points
+    with pytest.warns(UserWarning, match=r"18 node\(s\) moved.*\[M11\]"):
+        tip = dimple(strip, [3, 0, 0], 1.0, alpha=0.05).points
     assert (tip[[22, 26]] != points[[22, 26]]).any(axis=1).all()
 
 
@@ -392,14 +398,16 @@ def test_a_mesh_too_coarse_for_the_dimple(order, alpha):
     with pytest.raises(MeshError, match="or the mesh finer") as caught:
         dimple(disk(1.2, 3, order=order), ORIGIN, 1.0, alpha=alpha)
     assert caught.value.code == "M03"
-    fine = dimple(disk(1.2, 24, order=order), ORIGIN, 1.0, alpha=alpha)
+    with pytest.warns(UserWarning, match=r"expected a depth below the radius.*\[M11\]"):
+        fine = dimple(disk(1.2, 24, order=order), ORIGIN, 1.0, alpha=alpha)
     assert jacobian_ratios(fine.points, fine.triangles).min() > 0.3
 
 
 def test_a_surface_may_lean_over():
     """Oracle: analytic. A steep dimple overhangs (the normals turn below the horizon): no fault."""
     flat = disk(1.2, 16)
-    moved = dimple(flat, ORIGIN, 1.0, alpha=200.0)
+    with pytest.warns(UserWarning, match=r"expected a depth below the radius.*\[M11\]"):
+        moved = dimple(flat, ORIGIN, 1.0, alpha=200.0)
     assert moved.normals[:, 2].min() < -0.1
 
 
@@ -416,7 +424,8 @@ def test_triangles_that_were_broken_before_are_no_fault():
     """Oracle: algebra. A triangle without area cannot be turned over; the others are moved."""
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0.5, 0]]
     needle = Surface(points, [[0, 1, 2], [0, 2, 3]], normals=[UP] * 4)
-    moved = dimple(needle, ORIGIN, 2.0)
+    with pytest.warns(UserWarning, match=r"all 4 nodes within 2.*\[M11\]"):
+        moved = dimple(needle, ORIGIN, 2.0)
     assert moved.points[0, 2] < -0.2
 
 
@@ -450,6 +459,8 @@ def test_arguments_are_not_changed():
         (lambda s: dimple(s, UP, [0.5, 0.5]), "A03", "radius: expected a number"),
         (lambda s: dimple(s, CUBE, 0.3, alpha=[1.0]), "A03", "alpha: expected a number"),
         (lambda s: dimple(s, UP, 0.5, alpha=np.inf), "A02", "alpha: expected finite"),
+        (lambda s: dimple(s.points, UP, 0.5), "A03", "surface: expected a Surface, got ndarray"),
+        (lambda s: shoot(None, None, None), "A03", "surface: expected a Surface, got NoneType"),
         (lambda s: Region([[0, 0, 1]], 0.5), "A03", "center: expected shape"),
         (lambda s: Region(UP, -1.0), "A02", "radius: expected positive"),
         (lambda s: Region(UP, 1.0, decay=0.0), "A02", "decay: expected positive"),

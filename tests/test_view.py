@@ -15,11 +15,12 @@ from pictures import check_texts as _check_texts
 from pictures import compare as _compare
 from pictures import dented as _dented
 from pictures import field as _field
+from pictures import without_partners
 from pictures import words as _words
 
 import isovary as iv
 from isovary.geometry import triangle_areas
-from isovary.records import Clusters, Correspondence
+from isovary.records import Clusters
 from isovary.shapes import icosphere
 from isovary.view import _opengl, _paint, overview, write_report
 from isovary.view._camera import choose_camera, in_sight
@@ -48,27 +49,8 @@ def identical():
 @pytest.fixture(scope="module")
 def half_lost(dented):
     """The dented ball as if the nodes with x > 0.2 had found no partner."""
-    lost = dented.base.points[:, 0] > 0.2
-    old = dented.correspondence
-    partners = Correspondence(
-        np.where(lost, -1, old.triangle),
-        np.where(lost[:, None], np.nan, old.barycentric),
-        np.where(lost, np.nan, old.distance),
-        np.where(lost, 0, old.hits),
-    )
-    rows = {
-        name: np.where(lost[:, None], np.nan, getattr(dented, name))
-        for name in ("change", "unit_area_change", "perturbed_signature", "noise_floor")
-    }
-    clusters = Clusters(np.where(lost, -1, dented.clusters.labels), dented.clusters.centers)
-    return replace(
-        dented,
-        correspondence=partners,
-        significant=dented.significant & ~lost,
-        clusters=clusters,
-        notes=("C02: some nodes found no partner.",),
-        **rows,
-    )
+    notes = ("C02: some nodes found no partner.",)
+    return replace(without_partners(dented, dented.base.points[:, 0] > 0.2), notes=notes)
 
 
 @pytest.fixture

@@ -127,8 +127,16 @@ def _sampled(axes: Sequence[Floats], places: Floats, strengths: Floats, decays: 
     return total
 
 
+def _numbers(name: str, values: object) -> Floats:
+    """An array of numbers; ArgumentError A03 for what is none."""
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentError("A03", f"{name}: expected numbers, got {values!r}") from None
+
+
 def _places(atoms: ArrayLike) -> Floats:
-    places = np.asarray(atoms, dtype=float)
+    places = _numbers("atoms", atoms)
     if places.ndim != 2 or places.shape[1] != 3 or len(places) == 0:
         raise ArgumentError(
             "A03", f"atoms: expected positions (k, 3) of at least one atom, got {places.shape}"
@@ -141,7 +149,7 @@ def _places(atoms: ArrayLike) -> Floats:
 
 def _of_each(name: str, values: ArrayLike, count: int) -> Floats:
     """One positive number of each atom."""
-    found = np.asarray(values, dtype=float)
+    found = _numbers(name, values)
     if found.shape not in ((), (count,)):
         raise ArgumentError(
             "A03", f"{name}: expected one number or {count}, one per atom, got shape {found.shape}"
@@ -162,10 +170,11 @@ def _box_around(
     total = float(strengths.sum())
     lowest = _LOWEST * total if isovalue is None else isovalue
     if not 0 < lowest < total:
+        why = "nowhere above" if lowest >= total else "positive everywhere"
         raise ArgumentError(
             "A02",
-            f"isovalue: expected between 0 and {total:.6g}, the sum of strengths, got {lowest}; "
-            "the potential is nowhere above",
+            f"isovalue: expected between 0 and {total:.6g}, the sum of strengths, got {lowest}"
+            + ("" if lowest != lowest else f"; the potential is {why}"),
         )
     radii = (np.log(len(places) * strengths / lowest) + 1) / decays
     reach = np.maximum(radii, 1 / decays)[:, None]
@@ -173,15 +182,21 @@ def _box_around(
 
 
 def _corners(bounds: tuple[ArrayLike, ArrayLike]) -> tuple[Floats, Floats]:
-    corners = np.asarray(bounds, dtype=float)
+    corners = _numbers("bounds", bounds)
     if corners.shape != (2, 3):
         raise ArgumentError(
             "A03", f"bounds: expected two corners of three numbers, got shape {corners.shape}"
         )
     low, high = corners
-    if not (np.isfinite(corners).all() and (low < high).all()):
+    if not np.isfinite(corners).all():
         raise ArgumentError(
             "A02", f"bounds: expected finite corners (low, high), got {corners.tolist()}"
+        )
+    if not (low < high).all():
+        raise ArgumentError(
+            "A02",
+            f"bounds: expected low below high along every axis, got {corners.tolist()}; swap them "
+            "where they are in the other order",
         )
     return low, high
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from isovary.thesis import Outcome, Verdict, experiment, settings_of
-from isovary.thesis._fig_2_1 import middle_line, position
+from isovary.thesis._fig_2_1 import middle_line, position, steps_of
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +48,14 @@ def test_contact_is_local_at_small_times(outcome):
     assert numbers["middle_small"] < 0.05 < numbers["tips_small"]
     assert 0.88 < numbers["untouched"] < 3 * 1.40
     assert outcome.findings[2].verdict is Verdict.IN_PART
+
+
+def test_changes_are_from_each_pose_to_the_next():
+    """Oracle: algebra. Profiles 1, 3 and 7 over a scale of 2: -1 and -2, not -1 and -3."""
+    profiles = [np.full((2, 3), value) for value in (1.0, 3.0, 7.0)]
+    first, second = steps_of(profiles, np.full(3, 2.0))
+    np.testing.assert_array_equal(first, np.full((2, 3), -1.0))
+    np.testing.assert_array_equal(second, np.full((2, 3), -2.0))
 
 
 def test_positions_by_hand():

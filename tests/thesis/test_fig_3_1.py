@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from isovary import Surface, disk, heat_kernel, icosphere
 from isovary.thesis import Verdict, experiment, settings_of
+from isovary.thesis import _fig_3_1 as figure
+from isovary.thesis._fig_3_1 import _curvature
+from isovary.thesis._steps import signed
 
 
 @pytest.fixture(scope="module")
@@ -31,6 +36,34 @@ def test_the_curvature_is_read_off(outcome):
     assert abs(found.numbers["away"] - (1 + 0.074 / 5)) < 0.01
     assert abs(found.numbers["away_flat"] - 1) > abs(found.numbers["away"] - 1)
     assert 1 < found.numbers["tip"] < found.numbers["tip_exact"]
+
+
+def test_the_curvature_of_a_paraboloid():
+    """Oracle: analytic. z = -b r^2 has the Gaussian curvature 4 b^2 at its tip."""
+    flat = disk(0.5, 6, order=1)
+    points = np.array(flat.points)
+    points[:, 2] = 2 - 0.7 * (points**2).sum(axis=1)
+    tip = int(points[:, 2].argmax())
+    assert _curvature(Surface(points, flat.triangles), tip, 0.3) == pytest.approx(4 * 0.7**2)
+
+
+def test_an_asymmetric_kernel_is_seen(monkeypatch):
+    """Oracle: algebra. Kernels 1 and 2 there and back differ by 1: times the area, 4 pi."""
+    found = signed(icosphere(1), 9, 5)
+
+    def kernel(pairs, times, nodes):
+        values = np.zeros((len(pairs.vectors), 2, len(times)))
+        values[nodes[1], 0], values[nodes[0], 1] = 1.0, 2.0
+        return values
+
+    assert (
+        heat_kernel(found.pairs, found.times[:3], [0, 7]).shape
+        == kernel(found.pairs, found.times[:3], [0, 7]).shape
+    )
+    monkeypatch.setattr(figure, "heat_kernel", kernel)
+    finding = figure._symmetric(found, [0, 7])
+    assert finding.numbers["error"] == pytest.approx(found.pairs.area)
+    assert finding.verdict is Verdict.REFUTED
 
 
 def test_the_kernel_is_symmetric(outcome):

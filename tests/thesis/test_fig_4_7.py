@@ -40,6 +40,9 @@ def test_a_sphere_gains_as_much(outcome):
     assert finding.verdict is Verdict.CONFIRMED
     assert finding.numbers["sphere"] > 0.5 * finding.numbers["ellipsoid"] > 0.7
     assert finding.numbers["gain"] > 10
+    errors = outcome.findings[1].numbers
+    assert finding.numbers["gain"] <= errors["error_distmesh"] / errors["error_curved"]
+    assert finding.numbers["ellipsoid"] == errors["error_cubes"] / errors["error_distmesh"]
 
 
 def test_figure_shows_ellipsoid_and_sphere(outcome):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from isovary.thesis import Verdict, experiment, settings_of
+from isovary.thesis._three_atoms import mirrored
 
 
 @pytest.fixture(scope="module")
@@ -40,6 +42,21 @@ def test_groups_keep_the_mirrors(outcome):
     for count in (2, 3):
         assert numbers[f"carried_curved_{count}"] > 0.99
         assert numbers[f"independent_{count}"] <= numbers[f"carried_curved_{count}"]
+        assert 0 < numbers[f"alike_{count}"] < 1
+    alike = min(numbers["alike_2"], numbers["alike_3"])
+    good = alike > 0.9 and min(numbers["independent_2"], numbers["independent_3"]) > 0.98
+    assert (outcome.findings[2].verdict is Verdict.CONFIRMED) == good
+
+
+def test_mirrors_map_the_atoms_onto_themselves():
+    """Oracle: geometry. One changes the first two, none of them moves the third."""
+    settings = settings_of(experiment("5.5"))
+    atoms = np.array(settings["atoms"])
+    across, below = mirrored(atoms, settings)
+    np.testing.assert_allclose(across, atoms[[1, 0, 2]], atol=1e-12)
+    np.testing.assert_allclose(below, atoms, atol=1e-12)
+    place = np.array([[0.2, 0.3, 0.4]])
+    np.testing.assert_allclose(mirrored(place, settings), [[[1.5, 0.3, 0.4]], [[0.2, 0.3, -0.4]]])
 
 
 def test_the_figure_shows_both_groupings_in_three_ways(outcome):

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal, cast
+from typing import Annotated, Any, Literal, cast, get_args, get_origin, get_type_hints
 
 import numpy as np
 from cyclopts import Parameter
@@ -25,6 +26,7 @@ from ._methods import CLUSTERINGS, LAPLACIANS, MATCHES, MESHERS, SIGNATURES, SIZ
 from ._record import another, command_line, file_facts
 
 _DEMO_ISOVALUE = 0.05
+_SAME = "vertices order times groups area_weighted align isometric only_matching noise_meshes"
 
 
 @app.command
@@ -39,7 +41,18 @@ def demo(out: Annotated[Path, Parameter(name=["--out", "-o"])] = Path("isovary-d
     paths = water_pair()
     say("Water: one O-H bond goes from 0.95 to 1.00 angstrom; isosurface at 0.05 e/bohr^3.")
     command = command_line("demo", demo, {"out": another(out)})
-    _run(paths, lambda: [read_field(path) for path in paths], _DEMO_ISOVALUE, out, command, {})
+    start = time.perf_counter()
+    with progress() as tell:
+        result = _run(
+            paths,
+            lambda: [read_field(path) for path in paths],
+            _DEMO_ISOVALUE,
+            out,
+            command,
+            {},
+            tell,
+        )
+    _tell_result(result, out, time.perf_counter() - start)
 
 
 @app.command(name="compare")
@@ -170,9 +183,54 @@ def compare_files(
         Seed of the grouping.
     """
     given = dict(locals())
+    start = time.perf_counter()
+    with progress() as tell:
+        result = compare_as_asked(given, tell)
+    _tell_result(result, out, time.perf_counter() - start)
 
+
+def completed(given: Mapping[str, object]) -> dict[str, Any]:
+    """The arguments of :func:`compare_files`, the defaults where none are given; paths as such.
+
+    ArgumentError A02 for a name that it does not have, or a word that it does not take.
+    """
+    parameters = inspect.signature(compare_files).parameters
+    hints = get_type_hints(compare_files)
+    for name, value in given.items():
+        if name not in parameters:
+            raise ArgumentError(
+                "A02", f"options: expected names among {', '.join(parameters)}, got {name!r}"
+            )
+        words = get_args(hints[name]) if get_origin(hints[name]) is Literal else ()
+        if words and value not in words:
+            expected = ", ".join(map(str, words))
+            raise ArgumentError("A02", f"{name}: expected one of {expected}, got {value!r}")
+    made = {name: parameter.default for name, parameter in parameters.items()} | dict(given)
+    made |= {name: Path(made[name]) for name in ("base", "perturbed", "out")}
+    return made | {"through": [Path(path) for path in made["through"]]}
+
+
+def compare_as_asked(given: Mapping[str, Any], tell: Callable[[str, float], None]) -> Comparison:
+    """Read, compare and save, as :func:`compare_files` was called."""
+    sources = [(path, given["array"]) for path in (given["base"], *given["through"])]
+    sources.append((given["perturbed"], given["perturbed_array"] or given["array"]))
+    smooth = given["smooth"]
+
+    def read() -> list[ScalarField]:
+        grid = {"spacing": given["spacing"], "origin": given["origin"]}
+        fields = [read_field(path, array, **grid) for path, array in sources]
+        return fields if smooth is None else [field.smoothed(smooth) for field in fields]
+
+    command = command_line("compare", compare_files, {**given, "out": another(given["out"])})
+    paths = [path for path, _ in sources]
+    return _run(paths, read, given["isovalue"], given["out"], command, _options(given), tell)
+
+
+def _options(given: Mapping[str, Any]) -> dict[str, object]:
+    """What the words of the command line mean to :func:`isovary.compare`."""
+    laplacian, accuracy = given["laplacian"], given["accuracy"]
     operator = LAPLACIANS[laplacian]
-    if boundary == "dirichlet":
+    if given["boundary"] == "dirichlet":
         if laplacian not in WITH_BOUNDARY:
             raise ArgumentError(
                 "A02",
@@ -180,41 +238,17 @@ def compare_files(
                 f"{', '.join(WITH_BOUNDARY)} have one",
             )
         operator = partial(operator, dirichlet=True)
-    options = {
-        "mesher": partial(MESHERS[mesher], sizing=SIZINGS[sizing]),
+    return {
+        **{name: given[name] for name in _SAME.split()},
+        "mesher": partial(MESHERS[given["mesher"]], sizing=SIZINGS[given["sizing"]]),
         "laplacian": operator,
-        "signature": SIGNATURES[signature],
-        "vertices": vertices,
-        "order": order,
-        "pairs": eigenpairs,
-        "times": times,
-        "groups": groups,
-        "clustering": CLUSTERINGS[cluster],
-        "area_weighted": area_weighted,
-        "correspondence": MATCHES[correspondence],
-        "align": align,
-        "isometric": isometric,
-        "only_matching": only_matching,
+        "signature": SIGNATURES[given["signature"]],
+        "pairs": given["eigenpairs"],
+        "clustering": CLUSTERINGS[given["cluster"]],
+        "correspondence": MATCHES[given["correspondence"]],
         "accuracy": None if accuracy is None else _part(accuracy),
-        "noise_meshes": noise_meshes,
-        "rng": seed,
+        "rng": given["seed"],
     }
-    sources = [(base, array), *((path, array) for path in through)]
-    sources.append((perturbed, perturbed_array or array))
-
-    def read() -> list[ScalarField]:
-        fields = [read_field(path, a, spacing=spacing, origin=origin) for path, a in sources]
-        return fields if smooth is None else [field.smoothed(smooth) for field in fields]
-
-    paths = [path for path, _ in sources]
-    _run(
-        paths,
-        read,
-        isovalue,
-        out,
-        command_line("compare", compare_files, given | {"out": another(out)}),
-        options,
-    )
 
 
 def _part(text: str) -> float:
@@ -235,11 +269,12 @@ def _run(
     out: Path,
     command: str,
     options: Mapping[str, object],
-) -> None:
-    """Read, compare, save, and say what came out."""
+    tell: Callable[[str, float], None],
+) -> Comparison:
+    """Read, compare and save."""
     start = time.perf_counter()
     check_output(out)
-    with progress() as tell, warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
         tell("reading", 0.0)
         base, *through, perturbed = fields = read()
@@ -266,7 +301,7 @@ def _run(
             timings={"reading": reading, **result.timings},
         )
         save(result, out, progress=lambda s, d: tell(s, 0.75 + 0.25 * d))
-    _tell_result(result, out, time.perf_counter() - start)
+    return result
 
 
 def _tell_result(result: Comparison, out: Path, seconds: float) -> None:

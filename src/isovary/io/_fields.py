@@ -116,6 +116,9 @@ def read_field(
     return _field(path, samples, spacing, origin)
 
 
+_SURFACES = (".vtu", ".vtp", ".ply", ".obj", ".off", ".stl")
+
+
 def _suffix(path: Path) -> str:
     name = path.name.lower()
     suffix = ".cube.gz" if name.endswith(".cube.gz") else path.suffix.lower()
@@ -124,6 +127,8 @@ def _suffix(path: Path) -> str:
     guess = guess_suffix(path)
     looks = f", whose content looks like {guess}" if guess else ""
     remedy = "rename it" if guess in _READERS else "convert it to one of these"
+    if suffix in _SURFACES:
+        remedy = "that is a surface: fields are compared, two surfaces as docs/dimples.md shows"
     raise FileError(
         "F04",
         f"{path}: expected a suffix among {', '.join(_READERS)}, got {suffix!r}{looks}; {remedy}",

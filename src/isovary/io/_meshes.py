@@ -28,6 +28,7 @@ def save_mesh(
     notes: Sequence[str] = (),
     timings: Mapping[str, float] | None = None,
     arrays: Mapping[str, Floats] | None = None,
+    original: Surface | None = None,
     progress: Progress | None = None,
 ) -> Path:
     """Write a mesh into a folder that appears whole or not at all.
@@ -37,6 +38,13 @@ def save_mesh(
     ``mesh.vtp``          the same in flat triangles, for any viewer
     ``mesh_quality.png``  the picture
     ``summary.json``      versions, choices, notes, quality, timings
+    ====================  =============================================================
+
+    With the surface that it was before, two more:
+
+    ====================  =============================================================
+    ``original.vtu``      that surface, node for node
+    ``displacement.png``  the mesh, coloured by how far its nodes moved
     ====================  =============================================================
 
     Parameters
@@ -52,6 +60,8 @@ def save_mesh(
         What made the mesh, what its reader must know, and the seconds of each stage so far.
     arrays : mapping, optional
         Further values at the nodes (n,) or (n, 3), by name.
+    original : Surface, optional
+        What the nodes moved from, with the same triangles.
     progress : callable, optional
         Called with the stage's name and the part done.
 
@@ -69,7 +79,7 @@ def save_mesh(
     -----
     Cost: 3 s, most of it drawing; 1 MB for 4 000 nodes.
     """
-    from ..view import mesh_quality_figure
+    from ..view import displacement_figure, mesh_quality_figure
 
     spent = dict(timings or {})
     with write_folder(out) as folder:
@@ -78,8 +88,16 @@ def save_mesh(
                 for key, values in (arrays or {}).items():
                     data.point_data[key] = values
                 _write_cells(data, surface, quality, folder / f"mesh.{name}")
+            if original is not None:
+                grid = curved_grid(original)
+                grid.point_data["normals"] = original.normals
+                write_vtk(grid, folder / "original.vtu")
         with stage("mesh picture", 0.2, spent, progress):
             mesh_quality_figure(surface, quality, title).savefig(folder / "mesh_quality.png")
+        if original is not None:
+            with stage("displacement picture", 0.6, spent, progress):
+                figure = displacement_figure(original, surface, title)
+                figure.savefig(folder / "displacement.png")
         summary = {
             "choices": dict(choices or {}),
             "notes": list(notes),

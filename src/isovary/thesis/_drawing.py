@@ -17,6 +17,7 @@ from ..view._marks import INK, SOFT, fit_line
 from ..view._opengl import opengl_problem
 from ..view._scene import Scene, mesh_lines
 from ..view._tessellate import at_pieces, tessellate
+from ._records import headed
 
 WIDTH, DPI = 12.8, 100
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#1a1a1a")
@@ -31,7 +32,7 @@ def new_figure(number: str, title: str, message: str, height: float = 5.2) -> Fi
     figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
     top = 1 - 0.18 / height
     fit_line(
-        figure, 0.02, top, f"Figure {number}   {title}", 0.96, size=15, weight="bold", color=INK
+        figure, 0.02, top, f"{headed(number)}   {title}", 0.96, size=15, weight="bold", color=INK
     )
     fit_line(figure, 0.02, top - 0.34 / height, message, 0.96, size=10.5, color=SOFT)
     return figure
@@ -118,6 +119,16 @@ def draw_surface(
     shown = np.clip(at_pieces(surface, split, colors), 0, 1)
     draw(axes, Scene(pieces, shown, lines), camera)
     return axes
+
+
+def draw_line(axes: Axes, points: Floats, towards: Floats, color: str = "black") -> None:
+    """A dashed line through points (k, 3) over a surface drawn ``towards`` a viewer."""
+    x, y, _ = _camera(np.asarray(towards, dtype=float), points).project(points).T
+    limits = axes.get_xlim(), axes.get_ylim()
+    axes.plot(x, y, color="white", lw=2.4)
+    axes.plot(x, y, color=color, lw=1.3, ls=(0, (4, 2)))
+    axes.set_xlim(limits[0])
+    axes.set_ylim(limits[1])
 
 
 def _camera(towards: Floats, points: Floats) -> Camera:

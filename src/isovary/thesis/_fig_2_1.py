@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -54,11 +55,16 @@ def run(settings: Settings) -> Outcome:
     for bend in settings["bends"]:
         poses.append(_pose(bend, poses[0].signed.times if poses else settings["times"], settings))
     scale = heat_trace_scale(poses[0].signed.pairs, poses[0].signed.times)
-    changes = [(one.profile - two.profile) / scale for one, two in pairwise(poses)]
+    changes = steps_of([pose.profile for pose in poses], scale)
     rolled = {order: _rolled(order, settings) for order in (1, 2)}
     distance = _distance(settings)
     findings = (_isometry(rolled, distance), _bent(poses, changes), _contact(poses, changes))
     return Outcome(findings, _draw(poses, changes, rolled, settings))
+
+
+def steps_of(profiles: Sequence[Floats], scale: Floats) -> list[Floats]:
+    """Scaled change (slices, T) from each profile to the one after it."""
+    return [(one - two) / scale for one, two in pairwise(profiles)]
 
 
 def middle_line(length: float, bend: float, count: int) -> Floats:
@@ -155,7 +161,7 @@ def _bent(poses: list[_Pose], changes: list[Floats]) -> Finding:
         f"Mean change of slices of the finger, by its bend in radians: {words}, where "
         f"its tips touch. A round finger stretches outside and shrinks inside when it bends; "
         f"while its size falls from {tips[0]:.2g} to {tips[-2]:.2g}, its signature changes by "
-        f"{100 * bending:.2g} %, {ratio:.2g} times less than by the touch. "
+        f"{100 * bending:.2g} % in all, {ratio:.2g} times less than by the touch. "
         f"Within a slice, inside against outside, nodes are up to {100 * around:.2g} % off its "
         f"mean (straight: {100 * straight:.2g} %): a round finger bends near an isometry only on "
         "the average.",
@@ -230,7 +236,7 @@ def _draw(
             norm,
             limit,
             caption,
-            "mean scaled change (%)",
+            "mean change of each slice (%)",
             towards=np.array([0.0, -0.35, 1.0]),
         )
     _draw_along(figure, cells[3], poses, changes, 0, settings)

@@ -102,7 +102,8 @@ def _symmetric(curved: Signed, nodes: list[int]) -> Finding:
         "The heat kernel is symmetric",
         "3.1.1",
         f"From the tip to the other side and back, at three times: equal to {error:.0e} of the "
-        "final value, 1 / area.",
+        "final value, 1 / area. A sum over eigenfunctions is so by construction, if the operator's "
+        "matrices are symmetric.",
         Verdict.CONFIRMED if error < _EXACT else Verdict.REFUTED,
         {"error": error},
     )

@@ -139,7 +139,7 @@ def _draw(measured: Measured, settings: Settings) -> Figure:
         f"and {100 * far:.1g} % opposite it, the GPS by {100 * gps:.0f} and {100 * gps_far:.0f} %: "
         "signs and rotations"
     )
-    rows = len(measured.alphas)
+    rows = len(_rows(measured))
     height = 4.9 + 1.3 * rows
     figure = new_figure("4.17 to 4.19", _TITLE, message, height=height)
     _draw_chart(figure, measured, settings, 4.1)
@@ -150,10 +150,17 @@ def _draw(measured: Measured, settings: Settings) -> Figure:
     return figure
 
 
+def _rows(measured: Measured) -> list[int]:
+    """Numbers of the spheres that are drawn: the plain one, and the two strongest dimples."""
+    count = len(measured.alphas)
+    return sorted({0, max(count - 2, 0), count - 1})
+
+
 def _draw_chart(figure: Figure, measured: Measured, settings: Settings, below: float) -> None:
     """A row for each dimple, a column for each eigenfunction, all of one scale each."""
     first, apart = settings["first"], settings["apart"]
-    rows, columns = len(measured.alphas), len(first) + 1 + len(apart)
+    shown = _rows(measured)
+    rows, columns = len(shown), len(first) + 1 + len(apart)
     places = [(k, n) for k, n in enumerate([*first, None, *apart]) if n is not None]
     height = figure.get_size_inches()[1]
     cells = grid(
@@ -167,7 +174,8 @@ def _draw_chart(figure: Figure, measured: Measured, settings: Settings, below: f
         width_ratios=[1.0] * len(first) + [0.25] + [1.0] * len(apart),
     )
     towards = np.array([1.0, -0.5, -0.55])
-    for row, (sphere, alpha) in enumerate(zip(measured.spheres, measured.alphas, strict=True)):
+    for row, k in enumerate(shown):
+        sphere, alpha = measured.spheres[k], measured.alphas[k]
         for column, number in places:
             function = sphere.pairs.vectors[:, number - 1]
             bright = function * np.sign(function[np.abs(function).argmax()])

@@ -172,7 +172,9 @@ def _draw(
 
 def _draw_section(figure: Figure, cell: SubplotSpec, settings: Settings) -> Axes:
     """The meridian at rest and after each charge, the flight, and the region."""
-    axes = curve_axes(figure, cell, "A section: flight, region and motion", "x", "z (radii)")
+    axes = curve_axes(
+        figure, cell, "A section: flight, region and motion", "x (radii)", "z (radii)"
+    )
     radius = settings["dimple_radius"]
     angles = np.linspace(-1.3, 1.3, settings["arc"])
     points = np.column_stack([np.sin(angles), np.zeros_like(angles), np.cos(angles)])
@@ -245,7 +247,8 @@ def _draw_refined(
 
 
 def _draw_steps(figure: Figure, cell: SubplotSpec, depths: Floats, steps: Sequence[int]) -> None:
-    axes = curve_axes(figure, cell, "How many steps it takes", "steps", "error of the depth (%)")
+    caption = "The same time in more, smaller steps"
+    axes = curve_axes(figure, cell, caption, "number of steps", "error of the depth (%)")
     limit = 2 * depths[-1] - depths[-2]
     axes.plot(steps, 100 * np.abs(depths / limit - 1), "o-", color=COLORS[0])
     logarithmic(axes)

@@ -18,11 +18,13 @@ from ..deform import Projectile, Region, shoot
 from ..geometry import Floats, linear_triangles
 from ..records import Surface
 from ..shapes import icosphere
-from ._drawing import COLORS, curve_axes, draw_surface, logarithmic, new_figure
+from ._drawing import COLORS, curve_axes, draw_line, draw_surface, logarithmic, new_figure
+from ._gaussian_dimples import ring_around
 from ._records import Experiment, Finding, Outcome, Settings, Verdict
 from ._steps import signed
 
 _TITLE = "A dimple that moves, seen from four dimples"
+_TOWARDS = [0.3, 1.0, 0.6]
 _SHOWN = 3.0  # times the mesh's error, which symmetry tells: a difference that is one
 _NAMES = "abc"
 _PAIRS = {"1 and 3": (0, 2), "2 and 4": (1, 3)}
@@ -225,18 +227,24 @@ def _draw_sphere(figure: Figure, cell: SubplotSpec, views: _Views, reading: str,
         near = surface.points @ center > np.cos(0.3) * np.linalg.norm(surface.points, axis=1)
         colors[near] = to_rgb(color)
     fine = Surface(surface.points, linear_triangles(surface.triangles), surface.normals)
-    towards = np.array([0.6, -0.25, 1.0] if reading == "tetrahedron" else [0.05, 1.0, 0.6])
+    towards = np.array([0.6, -0.25, 1.0] if reading == "tetrahedron" else _TOWARDS)
     caption = f"({_NAMES[k]}) {reading}"
-    draw_surface(figure, cell, fine, colors, caption, towards=towards)
+    axes = draw_surface(figure, cell, fine, colors, caption, towards=towards)
+    for center, color in zip(views.centers[reading][k], _DIMPLES, strict=True):
+        if center @ towards < 0.1 * np.linalg.norm(towards):
+            draw_line(axes, ring_around(center, 0.3), towards, color=color)
 
 
 def _draw_key(figure: Figure) -> None:
-    marks = [Patch(color=color, label=f"dimple {k}") for k, color in enumerate(_DIMPLES, 1)]
+    marks: list[Artist] = [
+        Patch(color=color, label=f"dimple {k}") for k, color in enumerate(_DIMPLES, 1)
+    ]
+    marks.append(Line2D([], [], color="k", lw=1.3, ls=(0, (4, 2)), label="on the far side"))
     figure.legend(
         handles=marks,
         loc="upper center",
         bbox_to_anchor=(0.5, 0.545),
-        ncols=4,
+        ncols=5,
         frameon=False,
         fontsize=9,
     )
@@ -244,20 +252,21 @@ def _draw_key(figure: Figure) -> None:
 
 def _draw_curves(figure: Figure, cell: SubplotSpec, views: _Views) -> None:
     """The thesis's panel (d): four dimples in three configurations, one curve to the eye."""
-    caption = "(d) Signatures, 1, 3 at the poles"
+    caption = "(d) Signatures, 1, 3 at the poles: 12 in one"
     axes = curve_axes(figure, cell, caption, "time (length²)", "HKS (1/length²)")
-    every = max(1, len(views.times) // 12)
-    for k, (mark, tips) in enumerate(zip("ox+", views.tips["1, 3 at the poles"], strict=True)):
+    for k, (style, tips) in enumerate(zip(("-", "--", ":"), views.tips["1, 3 at the poles"],
+                                          strict=True)):  # fmt: skip
         for dimple, color in enumerate(_DIMPLES):
-            shift = (4 * k + dimple) % every
-            axes.plot(views.times, tips[dimple], color=color, lw=0.8)
-            axes.plot(
-                views.times[shift::every], tips[dimple][shift::every], mark, color=color, ms=5
-            )
+            width = 9 - 2.2 * dimple if k == 0 else 1.2
+            axes.plot(views.times, tips[dimple], style, color=color, lw=width)
     logarithmic(axes)
     marks = [
-        Line2D([], [], color="k", marker=m, ls="", label=f"({n})")
-        for m, n in zip("ox+", _NAMES, strict=True)
+        Line2D([], [], color=c, lw=9 - 2.2 * k, label=f"dimple {k + 1} (a)")
+        for k, c in enumerate(_DIMPLES)
+    ]
+    marks += [
+        Line2D([], [], color="k", ls=style, lw=1.2, label=f"all ({name})")
+        for style, name in zip(("--", ":"), _NAMES[1:], strict=True)
     ]
     axes.legend(handles=marks, frameon=False, fontsize=8.5)
 
@@ -274,8 +283,10 @@ def _draw_error(figure: Figure, cell: SubplotSpec, flat: _Views, curved: _Views)
             axes.plot(views.times, apart, color=color, ls=style, label=label)
     logarithmic(axes, y=False)
     axes.set_yscale("log")
-    axes.set_ylim(1e-5, 30)
-    axes.legend(frameon=False, fontsize=8.5, ncols=2, loc="upper right")
+    axes.set_ylim(1e-5, 1e3)
+    axes.legend(
+        frameon=False, fontsize=8, ncols=2, loc="upper right", columnspacing=1.0, handlelength=1.5
+    )
 
 
 def _draw_pairs(figure: Figure, cell: SubplotSpec, views: _Views) -> None:

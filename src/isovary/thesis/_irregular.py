@@ -44,6 +44,41 @@ def irregular_ellipsoid(
     return Surface(sphere_points * stretch, triangles, normals=_unit(sphere_points / stretch))
 
 
+def scattered_ellipsoid(axes: Sequence[float], count: int, shift: float, seed: int) -> Surface:
+    """Flat triangles of vertices on a spiral, turned and shifted at random.
+
+    Neither places nor connectivity have anything in common with :func:`irregular_ellipsoid`, but
+    with the same shift the triangles are about as irregular.
+
+    Parameters
+    ----------
+    axes : sequence of 3 floats
+        Semi-axes; length.
+    count : int
+        Of vertices.
+    shift : float
+        How far they are moved at random along the sphere, in edge lengths.
+    seed : int
+        Of the turn and the shifts.
+    """
+    from scipy.spatial import ConvexHull
+
+    step = np.arange(count)
+    height = 1 - (2 * step + 1) / count
+    angle = step * np.pi * (3 - 5**0.5)  # the golden one: neighbours are never in line
+    ring = np.sqrt(1 - height**2)
+    spiral = np.stack([ring * np.cos(angle), ring * np.sin(angle), height], axis=1)
+    generator = np.random.default_rng(seed)
+    turn = np.linalg.qr(generator.normal(size=(3, 3)))[0]
+    edge = (4 * np.pi / count * 2 / 3**0.5) ** 0.5  # of equilateral triangles
+    points = _unit(spiral @ turn + shift * edge * generator.uniform(-1, 1, spiral.shape))
+    triangles = ConvexHull(points).simplices.astype(np.int64)
+    inward = np.linalg.det(points[triangles]) < 0
+    triangles[inward] = triangles[inward][:, ::-1]
+    stretch = np.asarray(axes, dtype=float)
+    return Surface(points * stretch, triangles, normals=_unit(points / stretch))
+
+
 def polar_dimple(
     surface: Surface, height: float, radius: float, alpha: float, *, steps: int = 20
 ) -> Surface:

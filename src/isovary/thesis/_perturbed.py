@@ -10,7 +10,7 @@ from ..correspondence import interpolate, normal_rays
 from ..difference import heat_trace_scale, signature_difference
 from ..geometry import Bools, Floats, Ints, edges_of, linear_triangles, node_areas
 from ..records import Surface
-from ._irregular import irregular_ellipsoid, polar_dimple
+from ._irregular import irregular_ellipsoid, polar_dimple, scattered_ellipsoid
 from ._records import Settings
 from ._steps import scaled_change, signed
 
@@ -80,7 +80,7 @@ def perturbed(way: str, axes: list[float], alpha: float, settings: Settings) -> 
     if way != "rays":
         two = signed(dimpled, settings["pairs"], one.times)
         return Perturbed(base, dimpled, scaled_change(one, two))
-    other = irregular_ellipsoid(axes, subdivisions, shift, seed + 1, order=order)
+    other = scattered_ellipsoid(axes, settings["other_vertices"], shift, seed)
     other = polar_dimple(other, axes[2], settings["dimple_radius"], alpha)
     partners = normal_rays(base, other)
     met = interpolate(partners, other, signed(other, settings["pairs"], one.times).signature)

@@ -69,7 +69,7 @@ class Experiment:
     Parameters
     ----------
     number : str
-        The figure's: ``4.3``.
+        The figure's, ``4.3``, or the section's if it has no figure, ``4.1.5``.
     title : str
         What is looked at.
     run : callable
@@ -82,3 +82,24 @@ class Experiment:
     title: str
     run: Callable[[Settings], Outcome]
     also: tuple[str, ...] = ()
+
+    @property
+    def heading(self) -> str:
+        """``Figure 4.3`` or ``Section 4.1.5``."""
+        return headed(self.number)
+
+    @property
+    def short(self) -> str:
+        """``4.3`` or ``Section 4.1.5``: figures are not called so in a list of them."""
+        return self.heading.removeprefix("Figure ")
+
+    @property
+    def listed(self) -> str:
+        """All its numbers: ``4.11, 4.12`` or ``Section 4.1.5``."""
+        return ", ".join((self.short, *self.also))
+
+
+def headed(numbers: str) -> str:
+    """Numbers as in ``4.13 to 4.16`` after what they number: three parts are a section's."""
+    kind = "Section" if numbers.split()[0].count(".") == 2 else "Figure"
+    return f"{kind} {numbers}"

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
+from difflib import get_close_matches
 from functools import cache
 from importlib import import_module
 from importlib.resources import files
 
 from ..errors import ArgumentError
 from ._records import Experiment, Settings
+
+_PREFIX = re.compile(r"^(fig(ure)?|sec(tion)?)\W*", re.IGNORECASE)
 
 
 def experiments() -> tuple[Experiment, ...]:
@@ -34,18 +38,37 @@ def experiment(number: str) -> Experiment:
     Parameters
     ----------
     number : str
-        For example ``4.12``, which is shown together with 4.11.
+        For example ``4.12``, which is shown together with 4.11; ``fig4.12`` and ``Figure 4.12``
+        are the same.
 
     Raises
     ------
     ArgumentError
         A02 if there is none.
     """
+    plain = _PREFIX.sub("", number.strip())
     for found in _found():
-        if number in (found.number, *found.also):
+        if plain in (found.number, *found.also):
             return found
-    known = ", ".join(number for e in _found() for number in (e.number, *e.also))
-    raise ArgumentError("A02", f"figure: expected one of {known}, got {number}")
+    known = [name for e in _found() for name in (e.number, *e.also)]
+    close = [name for name in known if name.startswith(f"{plain.rstrip('.')}.")]
+    close = close or get_close_matches(plain, known, 3, 0.6)
+    meant = f"; did you mean {' or '.join(close)}? `" if close else "; `"
+    raise ArgumentError(
+        "A02",
+        f"figure: expected one of {', '.join(known)}, got {number}{meant}isovary thesis` lists "
+        "them with their titles",
+    )
+
+
+@cache
+def _seconds() -> dict[str, dict[str, float]]:
+    return tomllib.loads(files(__package__).joinpath("seconds.toml").read_text("utf-8"))
+
+
+def expected_seconds(chosen: Experiment, *, small: bool = False) -> float:
+    """About how long an experiment takes, measured once on one core of a shared machine."""
+    return _seconds()["small" if small else "full"].get(chosen.number, float("nan"))
 
 
 def settings_of(chosen: Experiment, *, small: bool = False) -> Settings:

@@ -8,6 +8,7 @@ from ._both import both
 from ._count_choice import count_choice_figure
 from ._dendrogram import dendrogram_figure
 from ._details import details
+from ._displacement import displacement_figure
 from ._mesh_quality import mesh_quality_figure
 from ._opengl import can_draw
 from ._overview import overview
@@ -19,6 +20,7 @@ __all__ = [
     "count_choice_figure",
     "dendrogram_figure",
     "details",
+    "displacement_figure",
     "mesh_quality_figure",
     "overview",
     "write_report",

@@ -12,9 +12,10 @@ from .. import color
 from ..comparison import Comparison
 from ..difference import change_norm
 from ..extrinsic import Kind
-from ..geometry import Floats
+from ..geometry import Bools, Floats
 from ..noise import SIGNIFICANCE
-from ..records import Surface
+from ..records import Clusters, Surface
+from ..row_distances import distances
 from ._tessellate import at_pieces, nearest_nodes
 
 NEUTRAL = to_rgb(color.NEUTRAL)
@@ -88,18 +89,53 @@ class Samples:
 
 def node_samples(result: Comparison) -> Samples:
     """What is known at the nodes of the base."""
-    norm, noise = result.change_norm, change_norm(result.noise_floor)
-    excess = np.abs(np.nan_to_num(norm - SIGNIFICANCE * noise)) + np.finfo(float).tiny
-    labels, shares = result.clusters.labels, result.clusters.memberships
+    match = result.correspondence
+    return samples_of(
+        result.change,
+        result.noise_floor,
+        result.clusters,
+        significant=result.significant,
+        found=match.found,
+        distance=match.distance,
+    )
+
+
+def samples_of(
+    change: Floats,
+    noise_floor: Floats,
+    clusters: Clusters,
+    *,
+    significant: Bools,
+    found: Bools,
+    distance: Floats,
+    factor: float = SIGNIFICANCE,
+) -> Samples:
+    """What is known at n nodes.
+
+    Parameters
+    ----------
+    change, noise_floor : array (n, T)
+    clusters : Clusters
+    significant : array (n,)
+        Where the norm of the change exceeds ``factor`` times that of the noise floor.
+    found : array (n,)
+        Where there is a partner.
+    distance : array (n,)
+        Displacement along the normal.
+    factor : float
+    """
+    norm, noise = change_norm(change), change_norm(noise_floor)
+    excess = np.abs(np.nan_to_num(norm - factor * noise)) + np.finfo(float).tiny
+    labels, shares = clusters.labels, clusters.memberships
     return Samples(
         norm=norm,
         noise=noise,
-        margin=np.where(result.significant, excess, -excess),
+        margin=np.where(significant, excess, -excess),
         group_margin=np.where(labels >= 0, excess, -excess),
-        scores=_scores(result),
-        displacement=result.correspondence.distance,
-        known=(result.correspondence.found & np.isfinite(norm)).astype(float),
-        found=result.correspondence.found.astype(float),
+        scores=_scores(change, clusters),
+        displacement=distance,
+        known=(found & np.isfinite(norm)).astype(float),
+        found=found.astype(float),
         memberships=np.empty((len(labels), 0)) if shares is None else shares,
     )
 
@@ -121,12 +157,12 @@ def spread(nodes: Samples, surface: Surface, split: int) -> Samples:
     return Samples(**inside)
 
 
-def _scores(result: Comparison) -> Floats:
+def _scores(change: Floats, clusters: Clusters) -> Floats:
     """Distances of each node to the group centers, made to agree with the labels."""
-    centers, labels = result.clusters.centers, result.clusters.labels
+    centers, labels = clusters.centers, clusters.labels
     if len(centers) == 0:
         return np.empty((len(labels), 0))
-    scores = np.column_stack([change_norm(result.change - center) for center in centers])
+    scores: Floats = distances(change, centers) / change.shape[1]
     rows = np.flatnonzero((labels >= 0) & np.isfinite(scores).all(axis=1))
     nearest, own = scores[rows].argmin(axis=1), labels[rows]
     first, second = scores[rows, nearest], scores[rows, own]
@@ -155,14 +191,15 @@ def paint_displacement(samples: Samples, limit: float) -> Floats:
     return _unknown(colors, samples.moved)
 
 
-def paint_groups(samples: Samples) -> Floats:
+def paint_groups(samples: Samples, colors: Floats | None = None) -> Floats:
     """Each group in its colour, mixed by memberships; neutral where there is none (k, 3)."""
-    palette = np.vstack([color.group_colors(samples.scores.shape[1]), NEUTRAL])
-    colors = palette[samples.groups]
+    own = color.group_colors(samples.scores.shape[1]) if colors is None else colors
+    palette = np.vstack([own, NEUTRAL])
+    painted = palette[samples.groups]
     if samples.memberships.shape[1]:
         some = (samples.groups >= 0) & np.isfinite(samples.memberships).all(axis=1)
-        colors[some] = blended(palette[:-1], samples.memberships[some])
-    return _unknown(colors, samples)
+        painted[some] = blended(palette[:-1], samples.memberships[some])
+    return _unknown(painted, samples)
 
 
 def blended(palette: Floats, shares: Floats) -> Floats:
