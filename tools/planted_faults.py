@@ -19,6 +19,7 @@ from fault import Fault
 from faults_of_carrying import CARRYING
 from faults_of_groups import GROUPS
 from faults_of_making import MAKING
+from faults_of_page import PAGE
 
 ROOT = Path(__file__).parents[1]
 OPERATORS = "tests/contracts/test_laplacian.py"
@@ -529,6 +530,7 @@ FAULTS = (
     *CARRYING,
     *GROUPS,
     *MAKING,
+    *PAGE,
 )
 
 

@@ -11,6 +11,7 @@ from ._export import export_result
 from ._info import info
 from ._mesh import mesh_file
 from ._thesis import thesis_figures
+from ._view import view_result
 
 __all__ = [
     "app",
@@ -22,4 +23,5 @@ __all__ = [
     "main",
     "mesh_file",
     "thesis_figures",
+    "view_result",
 ]

@@ -19,6 +19,7 @@ app = App(
     help="Intrinsic change of isosurfaces between simulation runs.",
     version=__version__,
     default_parameter=Parameter(negative_iterable=()),
+    suppress_keyboard_interrupt=False,  # main() tells of it
 )
 _errors = Console(stderr=True, highlight=False)
 _output = Console(highlight=False)
