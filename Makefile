@@ -21,11 +21,14 @@ make_venv = { command -v uv >/dev/null 2>&1 \
 	  && uv venv --quiet --seed --allow-existing --python "$$(command -v $(PYTHON))" $(1); } \
 	|| $(PYTHON) -m venv $(1)
 
-.PHONY: help demo test check teeth docs bench bench-operators bench-meshers bench-noise bench-carrying bench-grouping bench-eigensolve thesis clean distclean
+.PHONY: help demo view test test-page bench-page check teeth docs bench bench-operators bench-meshers bench-noise bench-carrying bench-grouping bench-eigensolve thesis clean distclean
 
 help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
+	@echo 'make view       the page in the browser, with the demo in it'
 	@echo 'make test       run the tests and the examples in the docstrings'
+	@echo 'make test-page  the page in a real browser (Chromium), five minutes'
+	@echo 'make bench-page how fast the page is, alone and for twenty at once'
 	@echo 'make check      ruff (lint and format) and mypy --strict'
 	@echo 'make teeth      plant faults in a copy of the package, and see its tests find them'
 	@echo 'make docs       build the documentation into docs/_build'
@@ -44,8 +47,18 @@ help:
 demo: $(STAMP)
 	$(BIN)/isovary demo -o isovary-demo
 
+view: $(STAMP)-app
+	[ -d isovary-demo ] || $(BIN)/isovary demo -o isovary-demo
+	$(BIN)/isovary view isovary-demo $(ARGS)
+
 test: $(STAMP)-test
 	$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadscope $(ARGS)
+
+test-page: $(STAMP)-test
+	$(BIN)/python -m pytest -m page tests/app $(ARGS)
+
+bench-page: $(STAMP)-test
+	$(BIN)/python benchmarks/page.py $(ARGS)
 
 check: $(STAMP)-check
 	$(BIN)/ruff check

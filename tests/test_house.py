@@ -30,7 +30,7 @@ PACKAGE = ROOT / "src" / "isovary"
 LAYERS = {
     **dict.fromkeys(["records", "scalar_field", "errors", "geometry", "projection"], 0),
     **dict.fromkeys(["rigid_motion", "level_sets", "isometry", "sliding", "quasi_newton"], 0),
-    **dict.fromkeys(["row_distances"], 0),
+    **dict.fromkeys(["row_distances", "crossings", "dimple_checks"], 0),
     **dict.fromkeys(["meshing", "laplacian", "spectrum", "signature", "alignment", "rims"], 1),
     **dict.fromkeys(["carrying", "correspondence", "difference", "clustering"], 1),
     **dict.fromkeys(["embedding", "color", "deform", "shapes", "potentials"], 1),
