@@ -142,6 +142,31 @@ def test_failed_rename_restores_the_old_result(
     assert (kept / "sub" / "change.txt").read_text() == "second"
 
 
+@pytest.mark.parametrize(
+    ("method", "call", "left"),
+    [("mkdir", 0, "first"), ("rename", 0, "first"), ("rename", 1, "second")],
+)
+def test_a_stop_right_after_a_step_leaves_one_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, method: str, call: int, left: str
+) -> None:
+    """Oracle: algebra. SIGTERM may arrive as soon as a folder is made or moved."""
+    _write(tmp_path / "out", "first")
+    real, calls = getattr(Path, method), []
+
+    def stopped(self: Path, *given: object, **options: object) -> None:
+        real(self, *given, **options)
+        if self.name.endswith(".part") or method == "rename":
+            calls.append(self.name)
+            if len(calls) == call + 1:
+                raise SystemExit(143)
+
+    monkeypatch.setattr(Path, method, stopped)
+    with pytest.raises(SystemExit):
+        _write(tmp_path / "out", "second")
+    assert _names(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "sub" / "change.txt").read_text() == left
+
+
 def test_full_disk_has_its_code(tmp_path: Path) -> None:
     """Oracle: algebra. ENOSPC in the body becomes W06 and leaves nothing behind."""
     with pytest.raises(RunError, match="No space left") as caught, write_folder(tmp_path / "out"):

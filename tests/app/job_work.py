@@ -88,8 +88,8 @@ def give_up_in(out, progress):
 
 def tidy_up(path, progress):
     """Long work that cleans up behind itself when it is asked to go."""
-    progress("waiting", 0.5)
     try:
+        progress("waiting", 0.5)
         time.sleep(60)
     finally:
         path.write_text("tidied")

@@ -8,7 +8,6 @@ import pickle
 import re
 import shutil
 import signal
-import sys
 import tempfile
 import threading
 import time
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import IsovaryError
+from ..io._atomic import stop
 
 GRACE = 0.9  # seconds that the child has to end by itself
 _SHORTEST = 0.05  # seconds between two words on one stage
@@ -31,7 +31,7 @@ def child(pipe: Connection, payload: bytes, scratch: str, out: Path | None) -> N
     """Run the function, and tell the parent of it."""
     if hasattr(os, "setsid"):  # a group of its own, which is ended as one
         os.setsid()
-    signal.signal(signal.SIGTERM, _stop)  # so that half-written folders go away
+    signal.signal(signal.SIGTERM, stop)  # so that half-written folders go away
     for variable in ("TMPDIR", "TEMP", "TMP"):
         os.environ[variable] = scratch
     tempfile.tempdir = scratch
@@ -53,15 +53,10 @@ def child(pipe: Connection, payload: bytes, scratch: str, out: Path | None) -> N
     except Exception as error:
         tell("log", traceback.format_exc())
         tell("failed", unexpected(type(error).__name__))
-    except SystemExit:  # as said by _stop
+    except SystemExit:  # as said by stop
         _end_children()
         shutil.rmtree(scratch, ignore_errors=True)
         raise
-
-
-def _stop(number: int, _frame: object) -> None:
-    signal.signal(number, signal.SIG_IGN)  # once: the cleaning up must not be stopped
-    sys.exit(128 + number)
 
 
 def _end_children() -> None:

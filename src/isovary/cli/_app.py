@@ -13,6 +13,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, Ti
 
 from .. import __version__
 from ..errors import ArgumentError, IsovaryError
+from ..io._atomic import stop
 
 app = App(
     name="isovary",
@@ -27,7 +28,7 @@ _output = Console(highlight=False)
 
 def main() -> None:
     """Run the command line; never returns."""
-    signal.signal(signal.SIGTERM, _stop)  # so that half-written folders go away
+    signal.signal(signal.SIGTERM, stop)  # so that half-written folders go away
     try:
         app(exit_on_error=False, print_error=False)
     except CycloptsError as error:
@@ -38,10 +39,6 @@ def main() -> None:
     except KeyboardInterrupt:
         _fail("stopped; nothing was written", 130)
     sys.exit(0)
-
-
-def _stop(number: int, _frame: object) -> None:
-    sys.exit(128 + number)
 
 
 def say(line: str) -> None:

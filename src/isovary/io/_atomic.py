@@ -7,6 +7,8 @@ import json
 import os
 import secrets
 import shutil
+import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -61,11 +63,11 @@ def write_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
     target = check_output(out)
     token = secrets.token_hex(6)
     temporary = target.parent / f".{target.name}.{token}.part"
-    _make(temporary)
     try:
+        _make(temporary)
         yield temporary
         _sync(temporary)
-    except BaseException as error:
+    except BaseException as error:  # also SystemExit, at any moment
         shutil.rmtree(temporary, ignore_errors=True)
         if isinstance(error, OSError) and error.errno in _FULL:
             raise RunError(
@@ -73,6 +75,18 @@ def write_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
             ) from error
         raise
     _move(temporary, target, target.parent / f".{target.name}.{token}.old")
+
+
+def stop(number: int, _frame: object) -> None:
+    """End as SystemExit, so that half-written folders go away: a handler of SIGTERM.
+
+    Parameters
+    ----------
+    number : int
+        The signal's number, which is ignored from then on: nothing may stop the cleaning up.
+    """
+    signal.signal(number, signal.SIG_IGN)
+    sys.exit(128 + number)
 
 
 def check_output(out: str | os.PathLike[str]) -> Path:
@@ -162,11 +176,16 @@ def _move(temporary: Path, target: Path, aside: Path) -> None:
         if target.exists():
             target.rename(aside)
         temporary.rename(target)
-    except OSError as error:
+    except BaseException as error:
         if aside.exists() and not target.exists():
             aside.rename(target)
-        raise RunError(
-            "W07", f"{target}: expected to move the result there, got: {error.strerror}{kept}"
-        ) from None
-    _sync_entries(target.parent)
-    shutil.rmtree(aside, ignore_errors=True)
+        if isinstance(error, OSError):
+            raise RunError(
+                "W07", f"{target}: expected to move the result there, got: {error.strerror}{kept}"
+            ) from None
+        shutil.rmtree(temporary, ignore_errors=True)
+        raise
+    finally:
+        if target.exists():
+            _sync_entries(target.parent)
+            shutil.rmtree(aside, ignore_errors=True)
