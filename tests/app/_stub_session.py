@@ -22,7 +22,7 @@ def main(end: socket.socket, settings: SessionSettings) -> None:
 
 async def _serve(end: socket.socket, settings: SessionSettings) -> None:
     channel = await Channel.on(end)
-    await channel.send_note(ready=True)
+    await channel.send_note(ready=True, shown=True)
     heard: list[object] = []
     while (frame := await channel.receive()) is not None:
         if frame.kind == Kind.NOTE:

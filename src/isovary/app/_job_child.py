@@ -23,6 +23,7 @@ from ..errors import IsovaryError
 from ..io._atomic import stop
 
 GRACE = 0.9  # seconds that the child has to end by itself
+_NICE = 5  # so that the pages stay quick on a computer that is busy
 _SHORTEST = 0.05  # seconds between two words on one stage
 _CODE = re.compile(r"\[[A-Z]\d\d\]$")
 
@@ -31,6 +32,7 @@ def child(pipe: Connection, payload: bytes, scratch: str, out: Path | None) -> N
     """Run the function, and tell the parent of it."""
     if hasattr(os, "setsid"):  # a group of its own, which is ended as one
         os.setsid()
+        os.nice(_NICE)
     signal.signal(signal.SIGTERM, stop)  # so that half-written folders go away
     for variable in ("TMPDIR", "TEMP", "TMP"):
         os.environ[variable] = scratch

@@ -47,7 +47,7 @@ class Page:
 
     def __init__(self, server: Any, settings: SessionSettings, send: Send) -> None:
         self._server, self._state = server, server.state
-        self._turns = Turns(send)
+        self._send, self._turns = send, Turns(send)
         server.enable_module(MODULE)
         self._state.update(
             {"part": "explore", "layout": "four", "drawer": True, "dark": False, "camera": None}
@@ -84,6 +84,7 @@ class Page:
         else:
             with self._state:
                 self._state.part = "compare"
+        await self._send(shown=True)
 
     def _darken(self, dark: bool, **_: object) -> None:
         self._views.dark(bool(dark))

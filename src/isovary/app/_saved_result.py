@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
@@ -159,12 +160,13 @@ def read_result(folder: str | os.PathLike[str]) -> SavedResult:
 
     Notes
     -----
-    Cost: VTK parses each grid in a child process, 0.5 s to start; 0.5 s more for 10 000 nodes
-    and 100 columns, and 40 MB of memory.
+    Cost: VTK parses each grid in a child process, both at once, 0.5 s to start; 0.3 s more for
+    10 000 nodes and 100 columns, and 40 MB of memory.
     """
     place = Path(folder)
     summary = _summary(place)
-    change, own = _Grid(place / "change.vtu"), _Grid(place / "perturbed.vtu")
+    with ThreadPoolExecutor(2) as pool:  # each waits for a process of its own
+        change, own = pool.map(_Grid, (place / "change.vtu", place / "perturbed.vtu"))
     kind, name = _kind(change)
     columns = change.field(name)
     if not np.array_equal(columns, own.field(name)):

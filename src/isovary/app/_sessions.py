@@ -129,6 +129,7 @@ class Session:
     channel: Channel
     clients: dict[int, Client | None] = field(default_factory=dict)
     ready: bool = False
+    shown: bool = False
     busy: bool = False
     ending: asyncio.Task[None] | None = None
     timer: asyncio.TimerHandle | None = None
@@ -150,7 +151,7 @@ class Session:
 
 
 class Sessions:
-    """All sessions, and one process ahead of the next.
+    """All sessions, and one process ahead of the next, begun when the last one shows its page.
 
     Parameters
     ----------
@@ -197,7 +198,8 @@ class Sessions:
             session, self._spare = self._spare or await self._begin(), None
             self._open[session.sid] = session
         self._rest(session)
-        self._later(self._renew())
+        if session.shown:
+            self._later(self._renew())
         return session
 
     async def join(self, session: Session, number: int, client: Client) -> None:
@@ -309,6 +311,9 @@ class Sessions:
 
     def _noted(self, session: Session, note: dict[str, Any]) -> None:
         session.ready |= "ready" in note
+        if "shown" in note:  # until then it has the processors for itself
+            session.shown = True
+            self._later(self._renew())
         if "busy" in note:
             session.busy = bool(note["busy"])
             if session.timer and not session.busy:
