@@ -119,6 +119,12 @@ class Client:
         changes = [{"key": key, "value": value} for key, value in values.items()]
         await self.call("trame.state.update", changes)
 
+    async def press(self, button: str) -> None:
+        """Press a button, by its id in the page."""
+        found = re.search(rf"id=\"{button}\"[^>]*trigger\(\W*(\w+)", str(self.state))
+        assert found is not None, button
+        await self.call("trame.trigger", found[1], [], {})
+
     async def until(self, done: Callable[[], bool], seconds: float = 120.0) -> None:
         """Wait until something is so."""
         async with asyncio.timeout(seconds):
@@ -384,6 +390,30 @@ async def previews(address: str, folder: Path) -> list[Row]:
     return rows
 
 
+async def cancels(address: str) -> list[Row]:
+    """Time the end of a comparison that would take a minute, each time at another stage."""
+    client, taken, stages = await arrive(address), [], []
+    await client.until(lambda: client.state.get("part") == "compare")
+    await client.press("demo")
+    await client.until(lambda: bool(client.state["ready_to_run"]))
+    await client.set(wanted_vertices="6000")
+    for pause in np.linspace(0.0, 12.0, 9):
+        await client.press("run")
+        await client.until(lambda: client.state["stage"] not in ("", *_BEFORE))
+        await asyncio.sleep(pause)
+        stages.append(client.state["stage"])
+        begin = time.perf_counter()
+        await client.press("cancel")
+        await client.until(lambda: client.state["stage_words"] == "cancelled")
+        taken.append(time.perf_counter() - begin)
+    await client.close()
+    seen = f"from Cancel to the word, in {', '.join(dict.fromkeys(stages))}"
+    return [Row(seen, "2000 ms", summary(taken))]
+
+
+_BEFORE = "starting", "waiting", "stopping"  # the run itself tells no stage yet
+
+
 async def upload(client: Client, address: str, role: str, path: Path) -> None:
     """Send a field's file."""
     origin = address.split("/?")[0]
@@ -578,13 +608,16 @@ def measure(result: Path, folder: Path, parts: Sequence[str]) -> dict[str, str]:
     if "preview" in parts:
         with serving(None, log) as (_, address):
             found["preview"] = table(asyncio.run(previews(address, folder)))
+    if "cancel" in parts:
+        with serving(None, log) as (_, address):
+            found["cancel"] = table(asyncio.run(cancels(address)))
     if "crowd" in parts:
         with serving(result, log) as (process, address):
             found["crowd"] = table(asyncio.run(crowd(process, address)))
     return found
 
 
-PARTS = "paint", "sliders", "preview", "crowd"
+PARTS = "paint", "sliders", "preview", "cancel", "crowd"
 
 
 def main() -> None:

@@ -29,7 +29,7 @@ SWITCHES = [
     "--use-angle=swiftshader",
     "--enable-unsafe-swiftshader",
 ]
-PATIENCE = 30.0  # seconds, on a machine that is busy
+PATIENCE = 120.0  # seconds, on a machine that is busy
 VIEWS = ("base", "perturbed", "change", "groups")
 
 needs_browser = pytest.mark.skipif(BROWSER is None, reason="needs Chromium (apt install chromium)")
