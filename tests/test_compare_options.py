@@ -9,8 +9,10 @@ import sys
 import numpy as np
 import pytest
 from conftest import ELLIPSOID_ISOVALUE, ellipsoid_field
+from cyclopts import CycloptsError
 
 import isovary as iv
+from isovary.cli import app
 from isovary.cli._compare import _part
 
 
@@ -41,6 +43,26 @@ def test_options_arrive(tmp_path):
     assert len(choices["through"]) == 1
     digests = {choices[k]["sha256"] for k in ("base", "perturbed")}
     assert choices["through"][0]["sha256"] not in digests
+
+
+@pytest.mark.parametrize(
+    ("command", "option"),
+    [
+        *(("compare", name) for name in ("vertices", "eigenpairs", "times", "groups", "seed")),
+        ("compare", "noise-meshes"),
+        ("mesh", "vertices"),
+        ("view", "port"),
+    ],
+)
+@pytest.mark.parametrize("value", ["2.5", "2e2", "many"])
+def test_a_whole_number_is_not_cut(command, option, value):
+    """Oracle: algebra. 2.5 is neither 2 nor 3: it is refused by the option's name."""
+    files = {"compare": ["a", "b"], "mesh": ["a"], "view": []}[command]
+    words = [command, *files, f"--{option}", value]
+    if files:
+        words += ["--isovalue", "1", "-o", "out"]
+    with pytest.raises(CycloptsError, match=f"--{option}: expected a whole number.*{value}"):
+        app.parse_args(words, exit_on_error=False, print_error=False)
 
 
 @pytest.mark.parametrize(("text", "part"), [("5%", 0.05), ("0.05", 0.05), (" 2.5 %", 0.025)])

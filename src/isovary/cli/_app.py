@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Annotated, Literal
 
-from cyclopts import App, CycloptsError, Parameter
+from cyclopts import App, CycloptsError, Parameter, Token
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
@@ -24,6 +25,23 @@ app = App(
 )
 _errors = Console(stderr=True, highlight=False)
 _output = Console(highlight=False)
+
+
+def _whole(_kind: type, tokens: Sequence[Token]) -> int:
+    """A whole number; others are refused, not cut."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f"expected a whole number, got {tokens[0].value}") from None
+
+
+def _whole_or_auto(kind: type, tokens: Sequence[Token]) -> int | str:
+    return "auto" if tokens[0].value == "auto" else _whole(kind, tokens)
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
+WholeOrAuto = Annotated[int | Literal["auto"], Parameter(converter=_whole_or_auto)]
+WholeOrNone = Annotated[int | None, Parameter(converter=_whole)]
 
 
 def main() -> None:

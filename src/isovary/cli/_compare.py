@@ -21,7 +21,7 @@ from ..io import read_field
 from ..io._atomic import check_output
 from ..io._results import save
 from ..scalar_field import ScalarField
-from ._app import app, progress, say
+from ._app import Whole, WholeOrAuto, WholeOrNone, app, progress, say
 from ._methods import CLUSTERINGS, LAPLACIANS, MATCHES, MESHERS, SIGNATURES, SIZINGS, WITH_BOUNDARY
 from ._record import another, command_line, file_facts
 
@@ -68,11 +68,11 @@ def compare_files(
     spacing: tuple[float, float, float] | None = None,
     origin: tuple[float, float, float] | None = None,
     smooth: float | None = None,
-    vertices: int | None = None,
+    vertices: WholeOrNone = None,
     order: Literal[1, 2] = 2,
-    eigenpairs: int = 300,
-    times: int = 100,
-    groups: int | Literal["auto"] = 3,
+    eigenpairs: Whole = 300,
+    times: Whole = 100,
+    groups: WholeOrAuto = 3,
     cluster: Literal[
         "k-medians",
         "k-medoids",
@@ -107,8 +107,8 @@ def compare_files(
     through: Annotated[Sequence[Path], Parameter(consume_multiple=True)] = (),
     only_matching: bool = False,
     accuracy: str | None = None,
-    noise_meshes: int = 1,
-    seed: int = 7,
+    noise_meshes: Whole = 1,
+    seed: Whole = 7,
 ) -> None:
     """Compare the isosurfaces of two fields and write pictures, data and a report.
 

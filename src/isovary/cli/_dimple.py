@@ -25,7 +25,7 @@ from ..notes import noted_warnings
 from ..quality import MeshQuality, mesh_quality
 from ..records import Surface
 from ..shapes import ellipsoid, icosphere, torus
-from ._app import app, progress, say
+from ._app import Whole, app, progress, say
 from ._record import another, command_line, file_facts
 
 _AROUND, _ALONG = 24, 10  # nodes of a torus per subdivision step
@@ -38,17 +38,6 @@ SHAPES: dict[str, Callable[[int, int], Surface]] = {
 }
 _FINE = 4
 _FILES = (".vtu", ".vtp", ".vtk", ".ply", ".obj", ".off", ".stl")
-
-
-def _whole(_kind: type, tokens: Sequence[Any]) -> int:
-    """A whole number; others are refused, not cut."""
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise ValueError(f"expected a whole number, got {tokens[0].value}") from None
-
-
-Whole = Annotated[int, Parameter(converter=_whole)]
 
 
 @app.command(name="dimple")

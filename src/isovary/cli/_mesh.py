@@ -20,7 +20,7 @@ from ..notes import noted_warnings
 from ..quality import mesh_quality
 from ..scalar_field import ScalarField
 from ..task import field_facts
-from ._app import app, progress, say
+from ._app import WholeOrNone, app, progress, say
 from ._methods import MESHERS, SIZINGS
 from ._record import another, command_line, file_facts
 
@@ -36,7 +36,7 @@ def mesh_file(
     spacing: tuple[float, float, float] | None = None,
     origin: tuple[float, float, float] | None = None,
     smooth: float | None = None,
-    vertices: int | None = None,
+    vertices: WholeOrNone = None,
     mesher: Literal["marching-cubes", "distmesh", "particles"] = "marching-cubes",
     sizing: Literal["uniform", "curvature", "nonuniform"] = "uniform",
     edge_length: float | None = None,

@@ -9,7 +9,7 @@ from typing import Annotated
 from cyclopts import Parameter
 
 from ..errors import ArgumentError, FileError, RunError
-from ._app import app, say
+from ._app import Whole, app, say
 
 
 @app.command(name="view")
@@ -17,13 +17,13 @@ def view_result(
     result: Path | None = None,
     /,
     *,
-    port: int = 8080,
+    port: Whole = 8080,
     browser: bool = True,
     root: Annotated[Sequence[Path], Parameter(consume_multiple=True)] = (),
     host: str = "127.0.0.1",
     hosts: Annotated[Sequence[str], Parameter(consume_multiple=True)] = (),
-    sessions: int = 20,
-    jobs: int = 1,
+    sessions: Whole = 20,
+    jobs: Whole = 1,
 ) -> None:
     """Open the page in the browser: explore a result, compare fields, make dimples.
 
