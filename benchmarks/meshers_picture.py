@@ -28,39 +28,42 @@ INK, SOFT = "#1d1d1f", "#555555"
 COLORS = ListedColormap(colormaps["YlOrBr_r"](np.linspace(0.15, 1.0, 256)))
 SHOWN = {
     "raw marching cubes": "raw marching cubes",
+    "particles, uniform": "particles, uniform",
+    "particles, curvature": "particles, curvature-sensitive",
     "marching_cubes, uniform": "marching_cubes, uniform",
+    "marching_cubes, curvature": "marching_cubes, curvature-sensitive",
+    "marching_cubes, nonuniform": "marching_cubes, nonuniform (curvature-blind)",
     "distmesh, uniform": "distmesh, uniform",
     "distmesh, curvature": "distmesh, curvature-sensitive",
     "distmesh, nonuniform": "distmesh, nonuniform (curvature-blind)",
-    "particles, curvature": "particles, curvature-sensitive",
 }
 
 
 def draw_meshes(ways: Sequence[Way], mesh: Callable[[Way], iv.Surface], path: Path) -> None:
-    """Six meshes of the spheroid, seen from the same place, coloured by triangle quality."""
-    figure = Figure(figsize=(12.8, 7.4), dpi=115, facecolor="white")
+    """Nine meshes of the spheroid, seen from the same place, coloured by triangle quality."""
+    figure = Figure(figsize=(12.8, 10.4), dpi=115, facecolor="white")
     title = (
         "Raw marching cubes leaves slivers; the other meshers leave none, however edges are sized"
     )
-    figure.text(0.02, 0.945, title, size=15, weight="bold", color=INK)
-    words = "The ellipsoid 1 : 1 : 2 with about 1 000 vertices, meshed in six ways"
-    figure.text(0.02, 0.91, words, size=10, color=SOFT)
+    figure.text(0.02, 0.96, title, size=15, weight="bold", color=INK)
+    words = "The ellipsoid 1 : 1 : 2 with about 1 000 vertices, meshed in nine ways"
+    figure.text(0.02, 0.936, words, size=10, color=SOFT)
     chosen = [way for name in SHOWN for way in ways if way.name == name]
     for place, way in enumerate(chosen):
         row, column = divmod(place, 3)
-        left, bottom = 0.015 + 0.33 * column, 0.56 - 0.4 * row
-        axes = figure.add_axes((left, bottom, 0.31, 0.32))
+        left, bottom = 0.015 + 0.33 * column, 0.69 - 0.285 * row
+        axes = figure.add_axes((left, bottom, 0.31, 0.228))
         surface = mesh(way)
         quality = triangle_quality(surface.points, surface.corners)
         _draw_surface(axes, figure, surface, quality)
-        figure.text(left + 0.155, bottom - 0.022, SHOWN[way.name], ha="center", size=11, color=INK)
+        figure.text(left + 0.155, bottom - 0.016, SHOWN[way.name], ha="center", size=11, color=INK)
         words = (
             f"{len(surface.points):,} vertices; quality: mean {quality.mean():.2f}, "
             f"smallest {quality.min():.2g}"
         )
-        figure.text(left + 0.155, bottom - 0.05, words, ha="center", size=9, color=SOFT)
+        figure.text(left + 0.155, bottom - 0.036, words, ha="center", size=9, color=SOFT)
     label = "quality of a triangle: 1 equilateral, 0 a sliver"
-    color_bar(figure, (0.33, 0.07, 0.34, 0.018), COLORS, (0.0, 1.0), label)
+    color_bar(figure, (0.33, 0.05, 0.34, 0.013), COLORS, (0.0, 1.0), label)
     figure.savefig(path)
 
 
@@ -94,7 +97,7 @@ def _camera(points: Floats) -> Camera:
 def draw_errors(rows: Sequence[Row], path: Path) -> None:
     """Error against nodes, and over that of the default mesher; a column an order."""
     figure = Figure(figsize=(12.8, 8.2), dpi=130, facecolor="white")
-    figure.text(0.02, 0.955, headline(rows), size=14, weight="bold", color=INK)
+    figure.text(0.02, 0.955, headline(rows), size=13, weight="bold", color=INK)
     figure.text(
         0.02,
         0.925,

@@ -320,6 +320,25 @@ def test_triangles_that_stay_folded_are_refused():
         finished(coarse(field, sphere.points, sphere.triangles), field, -1.0, 2, other)
 
 
+@pytest.mark.parametrize("logarithmic", [False, True])
+def test_the_logarithm_is_recommended_where_it_suits(logarithmic):
+    """Oracle: analytic. A Gaussian is a quadratic in the logarithm, which its spline reproduces:
+    the error of folded triangles says so, unless it is the logarithm already.
+    """
+    steep = iv.ScalarField.from_function(
+        lambda p: np.exp(-4 * (p**2).sum(axis=-1)),
+        ((-2, -2, -2), (2, 2, 2)),
+        (13, 13, 13),
+        logarithmic=logarithmic,
+    )
+    sphere = iv.icosphere(1, order=1)
+    level = float(np.exp(-4.0))
+    inward = draft(sphere.points, sphere.triangles[:, ::-1], steep, level)
+    with pytest.raises(MeshError, match="M03") as caught:
+        finished(inward, steep, level, 1, iv.topology(sphere.triangles))
+    assert ("isovary.better_interpolation" in str(caught.value)) != logarithmic
+
+
 def test_a_vertex_pulled_across_its_neighbours_is_mended():
     """Oracle: analytic. The sphere's area, 4 pi; within the ring of neighbours, and across it."""
     field = ball((-1.5, -1.5, -1.5), (1.5, 1.5, 1.5), (13, 13, 13))

@@ -24,6 +24,7 @@ from ..records import Surface
 from ..scalar_field import ScalarField
 from ._draft import Draft, held_between, moved, settled
 from ._edits import edges_with_sides, flip
+from ._interpolation import suits_logarithm
 from ._moves import centroid_step
 from ._remesh import split_edges
 
@@ -68,9 +69,17 @@ def finished(
     raise MeshError(
         "M03",
         f"triangles: expected none folded, got {first[0]}, the first near "
-        f"{first[1].round(6).tolist()}; ask for more vertices, smooth the field, or choose another "
-        "isovalue or box if the surface has an edge or touches the box there",
+        f"{first[1].round(6).tolist()}; {_by_logarithm(field, isovalue)}ask for more vertices, "
+        "smooth the field, or choose another isovalue or box if the surface has an edge or "
+        "touches the box there",
     )
+
+
+def _by_logarithm(field: ScalarField, isovalue: float) -> str:
+    """Advice for a field of many decades, whose own spline swings where it is steep."""
+    if field.logarithmic or not suits_logarithm(field, isovalue):
+        return ""
+    return "interpolate its logarithm (isovary.better_interpolation), or "
 
 
 def _warn_of_slivers(points: Floats, triangles: Ints) -> None:
@@ -93,7 +102,7 @@ def _check_topology(draft: Draft, expected: Topology) -> None:
         raise MeshError(
             "M12",
             f"vertices: expected a mesh of the isosurface's topology ({expected}), got {found} "
-            f"with {len(draft.points)} vertices; ask for more",
+            f"with {len(draft.points)} vertices; ask for more, or smooth the field if it is noisy",
         )
 
 

@@ -78,9 +78,13 @@ def better_interpolation(field: ScalarField, isovalue: float) -> ScalarField:
     >>> better_interpolation(decay, 0.01).logarithmic
     True
     """
+    return replace(field, logarithmic=suits_logarithm(field, isovalue))
+
+
+def suits_logarithm(field: ScalarField, isovalue: float) -> bool:
+    """Whether the spline of the logarithm misplaces the isosurface less than that of the values."""
     errors = interpolation_errors(field, isovalue)
-    logarithmic = errors.get("logarithmic", np.inf) < errors.get("plain", 0.0)
-    return replace(field, logarithmic=bool(logarithmic))
+    return bool(errors.get("logarithmic", np.inf) < errors.get("plain", 0.0))
 
 
 def _held_out(field: ScalarField, isovalue: float) -> tuple[Floats, Floats]:

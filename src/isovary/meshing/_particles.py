@@ -270,7 +270,8 @@ def _meshed(
     raise MeshError(
         "M12",
         f"vertices: expected a mesh of the isosurface's topology ({expected}), got "
-        f"{fault(triangles, count)} with {count} vertices; ask for more",
+        f"{fault(triangles, count)} with {count} vertices; ask for more, or smooth the field if it "
+        "is noisy",
     )
 
 
