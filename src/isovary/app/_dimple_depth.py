@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..deform import dimple
 from ..errors import ArgumentError, MeshError
+from ..notes import noted_warnings
 from ..records import Surface
 
 _STRONGEST = 60.0
@@ -49,7 +50,8 @@ def strength_for(
     """
 
     def reached(alpha: float) -> float:
-        moved = dimple(surface, center, radius, alpha=alpha, **numbers).points
+        with noted_warnings():  # of the dimple that is made, the reader will be told
+            moved = dimple(surface, center, radius, alpha=alpha, **numbers).points
         return float(np.linalg.norm(moved - surface.points, axis=1).max())
 
     if not 0 < depth < np.inf:

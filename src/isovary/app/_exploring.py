@@ -107,7 +107,9 @@ class Exploring:
             opened = await asyncio.to_thread(open_folder, folder)
             files = await asyncio.to_thread(offer, folder, self._settings.folder / "out")
         except (IsovaryError, OSError, KeyError) as error:
-            self._tell_problem(f"{folder.name} cannot be shown: {error}")
+            with self._state as state:
+                state.part, state.problem = "explore", f"{folder.name} cannot be shown: {error}"
+            self.find_groups()  # of the result that stays
             return
         await self._work.cancel()
         with self._state as state:
@@ -135,6 +137,9 @@ class Exploring:
     async def pause(self) -> None:
         """Leave the place among the long runs to another run of this session."""
         await self._work.cancel()
+        if self._opened is not None:
+            with self._state:
+                self._tell_count()
 
     def enter(self) -> None:
         """Show the result in the views again."""
@@ -146,8 +151,9 @@ class Exploring:
 
     def follow(self, link: str) -> None:
         """Take the state that an address keeps."""
-        self._link = dict(parse_qsl(link))
-        if self._opened is not None and self._state.part == "explore":
+        shown = self._opened is not None and self._state.part == "explore"
+        self._link = dict(parse_qsl(link)) if shown or self._opened is None else {}
+        if shown:
             self._apply_link()
             self._tell_node(int(self._state.node))
         self.find_groups()
@@ -341,10 +347,6 @@ class Exploring:
     def _no_more(self, message: str) -> None:
         with self._state as state:
             state.count_words = f"not computed: {message}"
-
-    def _tell_problem(self, message: str) -> None:
-        with self._state as state:
-            state.problem = message
 
     def _tell_node(self, node: int) -> None:
         if self._opened is None or not 0 <= node < len(self._opened.norm):

@@ -37,7 +37,7 @@ class Drawn:
     split : int
         Each element is cut into split^2 triangles; triangle j lies in element j // split^2.
     points, normals : array (p, 3)
-        Single precision; normals of unit length.
+        Normals of unit length.
     triangles : array (t, 3)
         Neighbours share points.
     nodes : array (p,)
@@ -46,8 +46,8 @@ class Drawn:
 
     surface: Surface
     split: int
-    points: NDArray[np.float32]
-    normals: NDArray[np.float32]
+    points: Floats
+    normals: Floats
     triangles: NDArray[np.int32]
     nodes: NDArray[np.int32]
 
@@ -132,8 +132,8 @@ def drawn(surface: Surface, most: int = 60_000) -> Drawn:
     return Drawn(
         surface,
         split,
-        pieces.points[first].astype(np.float32),
-        pieces.normals[first].astype(np.float32),
+        pieces.points[first],
+        pieces.normals[first],
         same.ravel()[pieces.triangles].astype(np.int32),
         _nearest(surface, split)[first].astype(np.int32),
     )

@@ -40,9 +40,9 @@ class Turns:
         """
         number, go = next(self._numbers), asyncio.get_running_loop().create_future()
         self._waiting[number] = go, waiting
-        await self._send(busy=True)
-        await self._send(job="ask", id=number)
         try:
+            await self._send(busy=True)
+            await self._send(job="ask", id=number)
             await go
             yield
         finally:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any
 
 from ..errors import IsovaryError
@@ -41,6 +41,7 @@ class Work:
         failed: Callable[[str], None],
         progress: Callable[[_jobs.Progress], None] = lambda _: None,
         waiting: Callable[[int], None] = lambda _: None,
+        first: Callable[[], Awaitable[None]] | None = None,
     ) -> None:
         """Run a function in a process of its own, once there is a place for it.
 
@@ -52,12 +53,16 @@ class Work:
             Called at the end with the value, or with the reason; neither if it is cancelled.
         progress, waiting : callable
             Called with what is under way, and with the position in the queue.
+        first : async callable, optional
+            Called before it asks for its place.
         """
         if self._task is not None:
             self._task.cancel()
 
         async def run() -> None:
             try:
+                if first is not None:
+                    await first()
                 async with self._turns.turn(waiting):
                     await _attend(_jobs.start(function, *arguments), done, failed, progress)
             except IsovaryError as error:
