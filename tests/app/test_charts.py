@@ -263,6 +263,18 @@ def test_histograms_on_a_logarithm_and_isovalues_outside():
     assert "isovalue 200 lies outside the values" in words(root)
 
 
+def test_the_isovalue_is_told_clear_of_the_bars():
+    """Oracle: geometry. Its words stand above the panel, between its ends, wherever it is."""
+    for isovalue in (0.0, 2.0, 4.0, 9.0):
+        root = ElementTree.fromstring(histogram_svg([9, 99], [0, 1, 4], isovalue, title="rho"))
+        ((left, top, right, _),) = panels(root)
+        (said,) = [e for e in root.iter(f"{SVG}text") if e.text.startswith("isovalue")]
+        assert float(said.get("y")) < top
+        half = 6.4 * len(said.text) / 2
+        assert left <= float(said.get("x")) - half
+        assert float(said.get("x")) + half <= right
+
+
 def test_wrong_calls_are_told():
     """Oracle: data. Each error has the code of the fault."""
     calls = [

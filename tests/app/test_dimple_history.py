@@ -163,6 +163,21 @@ def test_a_file_is_where_it_begins(tmp_path):
     np.testing.assert_array_equal(names["surface"].points, history.current.points)
 
 
+def test_notes_belong_to_the_surface_that_is_shown():
+    """Oracle: data. A dimple that moves all nodes is told (M11) until it is taken back."""
+    start = DimpleHistory.start(iv.icosphere(3), WORDS, ["repaired"])
+    assert start.notes == ("repaired",)
+    wide = start.push([0, 0, 1], 2.5)
+    assert wide.notes[0] == "repaired"
+    (doubt,) = wide.notes[1:]
+    assert doubt.endswith("[M11]")
+    assert wide.undo().notes == ("repaired",)
+    assert wide.undo().redo().notes == wide.notes
+    more = wide.push([0, 1, 0], 0.6)
+    assert more.notes == wide.notes  # it is still in the surface
+    assert more.undo().undo().push([0, 1, 0], 0.6).notes == ("repaired",)
+
+
 def test_nothing_pushed_is_no_command():
     """Oracle: algebra. Without pushes there is nothing to make."""
     assert command(pushed([])) == ""

@@ -245,6 +245,27 @@ def test_suggestion_passes_over_a_speck(tmp_path):
     assert told.isovalue < 1.0
 
 
+def test_a_signed_distance_begins_at_0(tmp_path):
+    """Oracle: analytic. r - 0.6 is negative inside and 0.4 or more on the box; its surface is at 0.
+    So it is if the box cuts it and the name says what it is."""
+    axes = np.meshgrid(*[np.linspace(-1, 1, 41)] * 3, indexing="ij")
+    radius = np.sqrt(sum(axis**2 for axis in axes))
+    told = opened(save(tmp_path / "a.npz", radius - 0.6))
+    assert (told.isovalue, told.reason) == (0.0, "the surface of a signed distance")
+    np.savez(tmp_path / "b.npz", signed_distance=radius - 1.1, spacing=np.ones(3))
+    assert opened(tmp_path / "b.npz").isovalue == 0.0
+    assert opened(save(tmp_path / "c.npz", radius - 1.1)).isovalue != 0.0  # cut, and no name
+
+
+def test_noise_around_0_is_no_signed_distance(tmp_path):
+    """Oracle: analytic. A bump of height 1 over 1e-6 on the border, with one value of -1e-6."""
+    axes = np.meshgrid(*[np.linspace(-3, 3, 41)] * 3, indexing="ij")
+    bump = np.exp(-sum(axis**2 for axis in axes)) + 1e-6
+    bump[20, 20, 2] = -1e-6
+    told = opened(save(tmp_path / "a.npz", bump))
+    assert 0.1 < told.isovalue < 0.9
+
+
 def test_suggestion_stays_inside_the_box_if_it_can(tmp_path):
     """Oracle: analytic. The gradient of r^2 grows outward; beyond r = 1 the spheres are cut."""
     axes = np.meshgrid(*[np.linspace(-1, 1, 65)] * 3, indexing="ij")

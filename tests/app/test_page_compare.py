@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 
 import numpy as np
 import pytest
@@ -180,6 +181,38 @@ def test_a_run_ends_with_its_result(page, tmp_path):
     until_table(page, "#legend", rows)
     for view in ("base", "change"):
         until_picture(page, view, lambda now: (saturation(now) > 30).mean() > 0.02)
+
+
+def test_more_choices_are_checked_before_the_run(page):
+    """Oracle: theory. What the command would refuse is told beside its field; nothing runs."""
+    page.get_by_role("tab", name="Compare").click()
+    page.click("#more_choices summary")
+    for name, text in (("smooth", "-1"), ("smooth", "wide"), ("eigenpairs", "9.5")):
+        page.fill(f"#wanted_{name}", text)
+        page.wait_for_selector(f".v-messages:has-text('{name}: expected'):has-text('got {text}')")
+        page.click("#run")
+        page.wait_for_selector(f"#run_problem:has-text('{name}: expected')")
+        assert state(page, "running") is False
+        page.fill(f"#wanted_{name}", "")
+        page.wait_for_selector(f".v-messages:has-text('{name}: expected')", state="detached")
+
+
+def test_more_choices_reach_the_run(page, tmp_path):
+    """Oracle: data. The summary tells the options as they were asked for."""
+    page.fill("#wanted_smooth", "0.2")
+    page.fill("#wanted_eigenpairs", "40")
+    page.fill("#wanted_vertices", "150")
+    page.locator(".v-select:has(label:text-is('Cluster'))").click()
+    page.locator(".v-list-item:has-text('k-medoids')").click()
+    page.get_by_label("Align").uncheck()
+    until_state(page, wanted_cluster="k-medoids", wanted_align=False)
+    page.click("#run")
+    page.wait_for_selector("#progress")
+    until_state(page, part="explore", running=False)
+    link = page.locator("a[download='summary.json']:visible")
+    choices = json.loads(saved(page, link.click, tmp_path / "summary.json"))["choices"]
+    for option in ("--smooth 0.2", "--eigenpairs 40", "--cluster k-medoids", "--no-align"):
+        assert option in choices["command"], choices["command"]
 
 
 def test_nobody_else_is_asked(world):

@@ -182,6 +182,44 @@ def test_what_cannot_be_done_is_told(page):
     assert "Traceback" not in page.inner_text("body")
 
 
+def test_a_surface_that_is_too_coarse_is_noticed(page):
+    """Oracle: data. A tetrahedron: a notice, no error, and nothing is pushed into it."""
+    corners = "v 1 1 1\nv 1 -1 -1\nv -1 1 -1\nv -1 -1 1\n"
+    send(page, "four.obj", (corners + "f 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n").encode())
+    page.wait_for_selector("text=it has 4 nodes, and 100 are the least")
+    until_picture(page, "perturbed", lambda now: now.std() > 5)
+    click_at(page, "perturbed")
+    until(page, "() => window.trame.state.get('center') !== null")
+    page.click("#deform")
+    page.wait_for_selector("text=it has 4 nodes, and 100 are the least")
+    assert state(page, "pushes", "dimple_problem") == [0, ""]
+
+
+def test_what_is_doubtful_goes_and_comes_with_the_dimple(page):
+    """Oracle: theory. A dimple as wide as the ball moves all of it, which is told (M11)."""
+    send(page, "ball.obj", ball())
+    until_state(page, shape_name="ball.obj", pushes=0)
+    until_picture(page, "perturbed", lambda now: now.std() > 5)
+    click_at(page, "perturbed")
+    until(page, "() => window.trame.state.get('center') !== null")
+    page.evaluate("window.trame.state.set('radius', 2.5)")
+    until_state(page, radius=2.5)
+    page.click("#deform")
+    page.wait_for_selector(".v-alert:has-text('M11')")
+    page.click("#undo")
+    page.wait_for_selector(".v-alert:has-text('M11')", state="detached")
+    page.click("#redo")
+    page.wait_for_selector(".v-alert:has-text('M11')")
+
+
+def ball():
+    """A sphere of 162 nodes as an OBJ file."""
+    sphere = iv.icosphere(2, order=1)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in sphere.points.tolist()]
+    lines += [f"f {i} {j} {k}" for i, j, k in (sphere.triangles + 1).tolist()]
+    return "\n".join([*lines, ""]).encode()
+
+
 def test_nobody_else_is_asked(world):
     """Oracle: theory. No other host, no complaint, a policy that names the page alone."""
     check_manners(world)

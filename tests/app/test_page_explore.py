@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from browser import (
     VIEWS,
+    World,
     browsing,
     cameras,
     check_manners,
@@ -19,6 +20,7 @@ from browser import (
     needs_browser,
     saturation,
     saved,
+    serving,
     settled,
     slider,
     state,
@@ -50,6 +52,24 @@ _SIDEWAYS = """() => {
     e.checkVisibility() && e.getBoundingClientRect().right > window.innerWidth + 1);
   return hidden ? beyond.map((e) => e.outerHTML.slice(0, 80)) : ["it scrolls"];
 }"""  # what lies beyond the right edge
+
+_WATCH = """
+window.bare = []; window.told = new Set();
+const look = () => {
+  for (const view of document.querySelectorAll(".iso-view")) {
+    const words = view.querySelector(".iso-wait");
+    const seen = words && words.checkVisibility() && words.innerText.trim();
+    if (seen) window.told.add(words.innerText.trim());
+    else if (view.checkVisibility() && !view.hasAttribute("data-drawn")) window.bare.push(view.id);
+  }
+  requestAnimationFrame(look);
+};
+look();
+"""  # views that have neither picture nor words, frame by frame
+
+_MANY = """() => window.trame.state.set("keys", { ...window.trame.state.get("keys"), groups: {
+  low: "", high: "", unit: "", colors: [], patches: [...Array(12).keys()].map((k) =>
+    ({ color: "#345678", words: `${k + 1}: 8.2 %` })) } })"""  # a key of twelve groups
 
 
 @pytest.fixture(scope="module")
@@ -90,6 +110,15 @@ def page(opened):
         until_state(opened, layout="four")
         opened.wait_for_selector("#view_base")
     return opened
+
+
+@pytest.fixture(scope="module")
+def sized(world):
+    """A page of another size for each test."""
+    page = world.tab(world.context(), ready=RESULT)
+    until_state(page, count_words="")
+    settled(page, "groups")
+    return page
 
 
 def marked_node(page):
@@ -424,6 +453,24 @@ def test_the_picture_of_the_views_is_saved(page, tmp_path):
         assert (saturation(part) > 30).mean() == pytest.approx(coloured, rel=0.2), view
 
 
+def test_the_picture_can_have_twice_the_pixels(page, tmp_path):
+    """Oracle: geometry. Twice as wide and high, the same shares of colour, the views as before."""
+    from PIL import Image
+
+    before = {view: settled(page, view) for view in VIEWS}
+    pictures = []
+    for button in ("#screenshot", "#screenshot_large"):
+        data = saved(page, lambda button=button: page.click(button), tmp_path / "isovary.png")
+        picture = Image.open(io.BytesIO(data)).convert("RGB")
+        pictures.append(np.asarray(picture).astype(int))
+    small, large = pictures
+    assert large.shape == (2 * small.shape[0], 2 * small.shape[1], 3)
+    parts = [(saturation(picture) > 30).mean() for picture in pictures]
+    assert parts[1] == pytest.approx(parts[0], rel=0.05)
+    for view in VIEWS:
+        until_picture(page, view, lambda now, view=view: difference(now, before[view]) == 0)
+
+
 def test_the_files_are_those_of_the_folder(page, folder, tmp_path):
     """Oracle: data. Each file of the result is offered, and is the same byte by byte."""
     names = sorted(path.name for path in folder.iterdir())
@@ -432,6 +479,97 @@ def test_the_files_are_those_of_the_folder(page, folder, tmp_path):
     for name in names:
         link = page.locator(f"a[download='{name}']:visible")
         assert saved(page, link.click, tmp_path / name) == (folder / name).read_bytes()
+
+
+def test_no_view_is_empty_without_a_word(world):
+    """Oracle: theory. In each frame a view has a picture or says why not; then no more words."""
+    context = world.context()
+    context.add_init_script(_WATCH)
+    page = world.tab(context, ready=RESULT)
+    for view in VIEWS:
+        page.wait_for_selector(f"#view_{view}[data-drawn] .iso-wait", state="hidden")
+        settled(page, view)
+    assert page.evaluate("window.bare") == []
+    assert "drawing…" in page.evaluate("[...window.told]")
+    page.get_by_role("tab", name="Compare").click()
+    page.wait_for_selector("#view_perturbed .iso-wait:visible:text-is('no field is open')")
+    page.get_by_role("tab", name="Explore").click()
+    page.wait_for_selector("#view_perturbed[data-drawn] .iso-wait", state="hidden")
+    page.close()
+
+
+def test_twelve_groups_have_a_short_key(sized):
+    """Oracle: geometry. Three rows at most in a view 320 wide, and the words stay inside."""
+    page = sized
+    page.set_viewport_size({"width": 990, "height": 700})  # 330 of them for the drawer
+    page.evaluate(_MANY)
+    page.wait_for_selector("#view_groups .iso-patches > div >> nth=11")
+    until(page, "() => document.getElementById('view_groups').offsetWidth < 335")
+    key = page.locator("#view_groups .iso-patches").bounding_box()
+    box = view_box(page, "groups")
+    assert key["height"] <= 3 * 16
+    assert key["x"] + key["width"] <= box["x"] + box["width"]
+    ends = page.eval_on_selector_all(
+        "#view_groups .iso-patches > div", "all => all.map(e => e.getBoundingClientRect().right)"
+    )
+    assert max(ends) <= box["x"] + box["width"]
+
+
+def test_the_values_of_a_point_fit(sized):
+    """Oracle: geometry. Nothing of the table lies beyond its panel."""
+    page = sized
+    page.set_viewport_size({"width": 1100, "height": 700})
+    settled(page, "base")
+    click_at(page, "base", 0.56, 0.47)
+    page.click("#point summary")
+    page.wait_for_selector("#values:visible")
+    room, width = page.eval_on_selector("#point details", "e => [e.clientWidth, e.scrollWidth]")
+    assert width <= room
+    assert page.eval_on_selector("#point", "e => e.scrollWidth <= e.clientWidth")
+
+
+def test_a_drawer_that_is_open_lies_over_narrow_views(sized):
+    """Oracle: geometry. The views keep the width of the window, and the drawer closes with it."""
+    page = sized
+    page.get_by_role("button", name="Close the point").click()
+    until_state(page, drawer=True)
+    page.set_viewport_size({"width": 650, "height": 700})
+    until_state(page, drawer=False)
+    whole = "() => document.querySelector('.iso-grid').offsetWidth === 650"
+    until(page, whole)
+    page.locator(".v-app-bar-nav-icon").click()
+    until_state(page, drawer=True)
+    until(page, whole)
+    page.set_viewport_size({"width": 1100, "height": 700})
+    until_state(page, drawer=True)
+    until(page, "() => document.querySelector('.iso-grid').offsetWidth === 770")
+
+
+def test_all_tabs_have_room_on_the_smallest_telephone(world):
+    """Oracle: geometry. 320 pixels, the least that WCAG 2.2 asks for (1.4.10)."""
+    page = world.tab(world.context(320, 700), ready="#view_change canvas")
+    button = page.get_by_role("button", name="Light or dark").bounding_box()
+    for tab in page.get_by_role("tab").all():
+        box = tab.bounding_box()
+        assert box["x"] >= 0
+        assert box["x"] + box["width"] <= button["x"] + 1
+    page.close()
+
+
+def test_a_server_that_ended_is_told(world, folder):
+    """Oracle: theory. First that the page tries to come back, then that there is nobody."""
+    with serving(folder.parent, folder) as address:
+        other = World(world.browser, address)
+        page = other.tab(other.context(), ready=RESULT)
+        page.get_by_role("button", name="Light or dark").click()
+        until_state(page, dark=True)
+    page.wait_for_selector("#lost_words:text-is('Trying to come back…')")
+    page.wait_for_selector("#lost_words:has-text('The server has ended')")
+    assert page.locator("#lost_reload").is_hidden()
+    ground = page.eval_on_selector(".v-application", "e => getComputedStyle(e).backgroundColor")
+    ground = np.array([float(x) for x in re.findall(r"[\d.]+", ground)[:3]])
+    assert contrast(page, "#lost_words", ground) > 7
+    page.close()
 
 
 def test_a_telephone_has_room_for_it(world):

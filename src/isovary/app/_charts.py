@@ -7,7 +7,6 @@ and hold no script and no link.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -161,8 +160,9 @@ def curve_values(
         raise ArgumentError("A02", f"most: expected 1 or more, got {most}")
     at, before, after, moved, floor = _checked(columns, base, perturbed, change, noise)
     short = kind.abbreviation
+    unit = kind.unit.replace(" / ", "/")
     head = [kind.axis, *(["diffusion radius (length)"] if kind.per_time else [])]
-    head += [f"{short} of the base ({kind.unit})", f"{short} of the perturbed ({kind.unit})"]
+    head += [f"{short} base ({unit})", f"{short} perturbed ({unit})"]
     head += [f"change (% of mean {short})", "noise floor (%)"]
     listed = [at, *([diffusion_radius(at)] if kind.per_time else [])]
     listed += [before, after, 100 * moved, 100 * floor]
@@ -227,7 +227,7 @@ def histogram_svg(
     high = max(float(many.max()), 10.0)
     panel = Panel(
         Axis(float(ends[0]), float(ends[-1]), _LEFT, width - _RIGHT, logarithmic),
-        Axis(0.6, 1.3 * high, height - 44.0, 30.0, True),
+        Axis(0.6, 1.3 * high, height - 44.0, 44.0, True),
     )
     parts = [
         text(width / 2, 15.0, cut(title, width - 16), "middle", weight="600"),
@@ -392,13 +392,13 @@ def _isovalue(panel: Panel, isovalue: float | None) -> list[str]:
     left, top, wide, high = panel.box
     if not panel.x.low <= isovalue <= panel.x.high:
         outside = f"{words} lies outside the values"
-        return [text(left + wide / 2, top + 15, outside, "middle", weight="600")]
-    x = float(panel.x.place(isovalue))
-    side: Literal["start", "end"] = "start" if x < left + wide / 2 else "end"
+        return [text(left + wide / 2, top - 6, outside, "middle", weight="600")]
+    x, half = float(panel.x.place(isovalue)), WIDE * len(words) / 2
+    middle = min(max(x, left + half), left + wide - half)
     return [
         f'<path class="isovalue" d="M{x:.2f} {top:.2f}v{high:.2f}" fill="none" '
         f'stroke="{PERTURBED}" stroke-width="2.4"/>',
-        text(x + (8 if side == "start" else -8), top + 15, words, side, weight="600"),
+        text(middle, top - 6, words, "middle", weight="600"),
     ]
 
 

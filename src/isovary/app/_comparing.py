@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
@@ -43,6 +44,11 @@ _START: dict[str, Any] = {
     "wanted_groups": 3,
     "wanted_order": 2,
     "wanted_vertices": "",
+    "wanted_smooth": "",
+    "wanted_eigenpairs": "",
+    "wanted_cluster": "k-medians",
+    "wanted_align": True,
+    "wrong_choices": {},
     "running": False,
     "stage": "",
     "stage_done": 0,
@@ -86,6 +92,7 @@ class Comparing:
         change("slide")(self._slid)
         change("isovalue")(self._typed)
         change("array")(self._other_array)
+        change("wanted_smooth", "wanted_eigenpairs")(self._check_choices)
 
     def drawer(self) -> None:
         """Build its part of the drawer."""
@@ -119,8 +126,10 @@ class Comparing:
         with self._state as state:
             state.isovalue = "0.05"
 
-    async def _choose(self, role: Role, choice: str) -> None:
+    async def _choose(self, role: Role, choice: str | None) -> None:
         """Open a file below one of the folders that the page may read."""
+        if choice is None:
+            return  # the list's own cross: the file stays
         number, _, name = choice.partition("/")
         try:
             path = confined(self._settings.roots[int(number)], name)
@@ -143,6 +152,7 @@ class Comparing:
             with self._state as state:
                 state[f"{role}_name"], state[f"{role}_facts"] = "", ""
                 state.run_problem = field.replace(str(path), name)
+                self._preview()
             return
         self._take(role, field, path, sent)
 
@@ -236,6 +246,7 @@ class Comparing:
                 if len(mesh.triangles):
                     self._frame(mesh)
                     self._views.show(role, mesh, np.tile(_BLUE, (len(mesh.triangles), 1)))
+            state.histogram = ""
             if "base" in self._fields:
                 base = self._fields["base"]
                 state.histogram = histogram_svg(
@@ -258,10 +269,10 @@ class Comparing:
         if self._work.running or not state.ready_to_run:
             return
         self._runs += 1
-        options: dict[str, object] = {
-            "groups": int(state.wanted_groups),
-            "order": int(state.wanted_order),
-        }
+        if self._check_choices():
+            state.run_problem = "\n".join(state.wrong_choices.values())
+            return
+        options = self._options()
         if str(state.wanted_vertices or "").strip():
             try:
                 options["vertices"] = int(state.wanted_vertices)
@@ -277,15 +288,37 @@ class Comparing:
         paths = self._paths["base"], self._paths["perturbed"]
         state.running, state.run_problem = True, ""
         state.stage, state.stage_done, state.stage_words = "starting", 0, ""
-        await self._exploring.pause()
+        names = {str(self._paths[role]): str(state[f"{role}_name"]) for role in _ROLES}
         self._work.start(
             compare_files_job,
             (*paths, self._isovalue(), options, out),
             done=self._done,
-            failed=self._failed,
+            failed=partial(self._failed, names),
             progress=self._progressed,
             waiting=self._waiting,
+            first=self._exploring.pause,
         )
+
+    def _check_choices(self, **_: object) -> bool:
+        """Tell what is wrong with the further choices; whether anything is."""
+        state = self._state
+        state.wrong_choices = widgets.wrong_choices(state.wanted_smooth, state.wanted_eigenpairs)
+        return bool(state.wrong_choices)
+
+    def _options(self) -> dict[str, object]:
+        """The choices that the page offers, by the names of the command."""
+        state = self._state
+        options: dict[str, object] = {
+            "groups": int(state.wanted_groups),
+            "order": int(state.wanted_order),
+            "cluster": str(state.wanted_cluster),
+            "align": bool(state.wanted_align),
+        }
+        if str(state.wanted_smooth or "").strip():
+            options["smooth"] = float(state.wanted_smooth)
+        if str(state.wanted_eigenpairs or "").strip():
+            options["eigenpairs"] = int(float(state.wanted_eigenpairs))
+        return options
 
     async def _cancel(self) -> None:
         if not self._work.running:
@@ -312,11 +345,12 @@ class Comparing:
             state.running, state.stage, state.stage_words = False, "", ""
         self._opening = asyncio.ensure_future(self._exploring.open_result(folder))
 
-    def _failed(self, message: str) -> None:
+    def _failed(self, names: dict[str, str], message: str) -> None:
+        """Tell why there is no result, of files by the names that they had when it began."""
+        for path, name in names.items():
+            message = message.replace(path, name)
         with self._state as state:
             state.running, state.stage, state.stage_words = False, "", ""
-            for role in _ROLES:
-                message = message.replace(str(self._paths[role]), state[f"{role}_name"])
             state.run_problem = message
         self._exploring.find_groups()
 

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from itertools import islice
+from math import inf, nan
 from pathlib import Path
 from typing import Any
 
 from trame.widgets import html
 from trame.widgets import vuetify3 as v3
 
+from ..cli._methods import CLUSTERINGS
 from ._html import also, problem, slider, upload
 from ._opened_field import OpenedField, Preview
 from ._uploads import FIELD_SUFFIXES
 
 _MOST, _DEEP = 500, 3  # files offered, folders deep
+_FEWEST_PAIRS = 10  # that isovary.compare takes
 
 
 def field_files(root: Path) -> list[str]:
@@ -45,6 +48,37 @@ def preview_words(found: Preview) -> str:
     parts = {None: "", 1: "one piece"}.get(found.components, f"{found.components} pieces")
     cut = "cut by the box" if found.cut else "closed"
     return f"{', '.join(word for word in (parts, cut) if word)}. {found.words}".strip()
+
+
+def wrong_choices(smooth: object, eigenpairs: object) -> dict[str, str]:
+    """What cannot be in the fields of the further choices, by their names; nothing if all can.
+
+    Examples
+    --------
+    >>> wrong_choices("0.5", ""), sorted(wrong_choices("-1", "9"))
+    ({}, ['eigenpairs', 'smooth'])
+    """
+    width, pairs = _number(smooth, 1.0), _number(eigenpairs, 300.0)
+    wrong = {}
+    if not 0 < width < inf:
+        wrong["smooth"] = (
+            f"smooth: expected a length above 0, got {smooth}; leave it empty for none"
+        )
+    if not (_FEWEST_PAIRS <= pairs < inf and pairs % 1 == 0):
+        wrong["eigenpairs"] = (
+            f"eigenpairs: expected a whole number from {_FEWEST_PAIRS}, got {eigenpairs}; "
+            "leave it empty for 300"
+        )
+    return wrong
+
+
+def _number(text: object, empty: float) -> float:
+    """The number in a field, or what an empty one stands for; NaN for other text."""
+    words = str(text or "").strip()
+    try:
+        return float(words) if words else empty
+    except ValueError:
+        return nan
 
 
 def drawer(demo: Any, choose: Any, run: Any, cancel: Any) -> None:
@@ -139,6 +173,46 @@ def _options() -> None:
             classes="mt-2",
             id="wanted_vertices",
         )
+        with html.Details(classes="iso-more", id="more_choices"):
+            html.Summary("More choices", classes="iso-facts", style="cursor: pointer")
+            _more_options()
+
+
+def _more_options() -> None:
+    """Choices of the command that most runs leave as they are."""
+    _number_field("smooth", "Smooth", "width of a Gaussian, in the unit of length; empty: none")
+    _number_field("eigenpairs", "Eigenpairs", "empty: 300")
+    v3.VSelect(
+        label="Cluster",
+        v_model=("wanted_cluster",),
+        items=(str(list(CLUSTERINGS)),),
+        density="compact",
+        hide_details=True,
+        variant="outlined",
+        classes="mt-2",
+    )
+    v3.VSwitch(
+        v_model=("wanted_align",),
+        label="Align: take the rigid motion out first",
+        hide_details=True,
+        density="compact",
+        color="primary",
+    )
+
+
+def _number_field(name: str, label: str, hint: str) -> None:
+    """A number with words below it: what it means, or what is wrong with it."""
+    v3.VTextField(
+        label=label,
+        v_model=(f"wanted_{name}",),
+        hint=hint,
+        persistent_hint=True,
+        error_messages=(f"wrong_choices.{name}",),
+        density="compact",
+        variant="outlined",
+        classes="mt-2",
+        id=f"wanted_{name}",
+    )
 
 
 def _run(run: Any, cancel: Any) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..deform import Region, _nodes_in, dimple
 from ..errors import ArgumentError
 from ..geometry import Bools, Floats, Ints, edges_of, linear_triangles
+from ..notes import noted_warnings
 from ..records import Surface
 
 _SHAPES = ("sphere", "ellipsoid", "torus")
@@ -51,6 +52,8 @@ class DimpleHistory:
         All, those taken back included.
     surfaces : tuple of Surface
         The first, and that after each push.
+    told : tuple of tuple of str
+        What must be known of the first surface, and of each push.
     place : int
         Number of pushes that are not taken back.
 
@@ -64,10 +67,13 @@ class DimpleHistory:
     words: tuple[str, ...]
     pushes: tuple[Push, ...]
     surfaces: tuple[Surface, ...]
+    told: tuple[tuple[str, ...], ...] = ((),)
     place: int = 0
 
     @classmethod
-    def start(cls, surface: Surface, words: Sequence[str]) -> DimpleHistory:
+    def start(
+        cls, surface: Surface, words: Sequence[str], notes: Sequence[str] = ()
+    ) -> DimpleHistory:
         """A history without dimples.
 
         Parameters
@@ -76,6 +82,8 @@ class DimpleHistory:
         words : sequence of str
             What ``isovary dimple`` makes it from: a file, or ``sphere``, ``ellipsoid`` or
             ``torus``, perhaps with ``--subdivisions N`` and ``--order N``.
+        notes : sequence of str
+            What must be known of it, such as what was repaired.
 
         Raises
         ------
@@ -83,7 +91,7 @@ class DimpleHistory:
             A02 for other words.
         """
         _options(words)
-        return cls(tuple(words), (), (surface,))
+        return cls(tuple(words), (), (surface,), (tuple(notes),))
 
     @property
     def current(self) -> Surface:
@@ -94,6 +102,12 @@ class DimpleHistory:
     def done(self) -> tuple[Push, ...]:
         """The pushes that made it."""
         return self.pushes[: self.place]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What must be known of the current surface, each note once."""
+        told = (note for notes in self.told[: self.place + 1] for note in notes)
+        return tuple(dict.fromkeys(told))
 
     @property
     def can_undo(self) -> bool:
@@ -107,6 +121,8 @@ class DimpleHistory:
 
     def push(self, center: ArrayLike, radius: float, **numbers: Any) -> DimpleHistory:
         """The history with one more dimple; those taken back are forgotten.
+
+        What :func:`isovary.dimple` warns of goes to :attr:`notes`.
 
         Parameters
         ----------
@@ -136,9 +152,16 @@ class DimpleHistory:
         base = self.current
         if self.place and self.pushes[self.place - 1].numbers != new.numbers:
             base = Surface(base.points, base.triangles)
-        made = dimple(base, new.center, **new.numbers)
-        kept = self.surfaces[: self.place + 1]
-        return replace(self, pushes=(*self.done, new), surfaces=(*kept, made), place=self.place + 1)
+        with noted_warnings() as notes:
+            made = dimple(base, new.center, **new.numbers)
+        kept = slice(self.place + 1)
+        return replace(
+            self,
+            pushes=(*self.done, new),
+            surfaces=(*self.surfaces[kept], made),
+            told=(*self.told[kept], tuple(notes)),
+            place=self.place + 1,
+        )
 
     def undo(self) -> DimpleHistory:
         """One push back; the same history if there is none."""

@@ -6,6 +6,7 @@ import asyncio
 import os
 import re
 import shutil
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -120,8 +121,7 @@ class Dimpling:
         self._sent = path, re.sub(r"[^A-Za-z0-9._-]", "_", name)
         with self._state as state:
             state.shape, state.shape_name = "", name
-            self._open(surface, [str(path)])
-            state.dimple_notes = notes
+            self._open(surface, [str(path)], notes)
 
     def pick(self, place: Floats) -> None:
         """Take the centre of the next dimple: the node nearest to a place."""
@@ -138,6 +138,8 @@ class Dimpling:
         if history is None or state.center is None:
             state.dimple_problem = "center: expected a click on the surface first"
             return
+        if _too_coarse(history.current):
+            return  # the note says so
         flight: dict[str, Any] = {
             "charge": float(state.charge),
             "decay": float(state.decay),
@@ -153,10 +155,7 @@ class Dimpling:
                 )
                 state.alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
             if self._history is history:
-                with noted_warnings() as notes:
-                    made = history.push(state.center, radius, alpha=float(state.alpha), **flight)
-                self._take(made)
-                state.dimple_notes = list(notes)
+                self._take(history.push(state.center, radius, alpha=float(state.alpha), **flight))
         except IsovaryError as error:
             state.dimple_problem = str(error)
 
@@ -242,13 +241,13 @@ class Dimpling:
             self._state.shape_name = ""
             self._open(SHAPES[shape](4, 2), [shape])
 
-    def _open(self, surface: Surface, words: list[str]) -> None:
+    def _open(self, surface: Surface, words: list[str], notes: Sequence[str] = ()) -> None:
         state = self._state
         state.center, state.center_words = None, "click the surface"
         reach = Mesh(surface.points, surface.points, surface.triangles).reach
         state.radius_most = float(f"{reach:.2g}")
         state.radius = float(f"{reach / 2:.2g}")
-        self._history = DimpleHistory.start(surface, words)
+        self._history = DimpleHistory.start(surface, words, [*notes, *_too_coarse(surface)])
         if state.part == "dimple":
             self._frame()
         self._take(self._history)
@@ -256,7 +255,7 @@ class Dimpling:
     def _take(self, history: DimpleHistory) -> None:
         self._history, self._norm = history, None
         state = self._state
-        state.dimple_notes = []
+        state.dimple_notes = list(history.notes)
         state.comparing_dimple = False  # what is compared is not this surface
         state.can_undo, state.can_redo = history.can_undo, history.can_redo
         state.pushes, state.dimple_problem = len(history.done), ""
@@ -357,6 +356,17 @@ def _read_noted(path: Path) -> tuple[Surface, list[str]]:
     return surface, list(notes)
 
 
+def _too_coarse(surface: Surface) -> list[str]:
+    """Words if a surface has too few nodes for a dimple."""
+    count = len(surface.points)
+    if count >= _FEWEST_NODES:
+        return []
+    return [
+        f"Too coarse for a dimple: it has {count} nodes, and {_FEWEST_NODES} are the least. "
+        "Refine it and send it again."
+    ]
+
+
 def _length(text: object) -> float:
     try:
         return float(str(text))
@@ -364,5 +374,5 @@ def _length(text: object) -> float:
         raise ArgumentError("A02", f"depth: expected a length, got {text}") from None
 
 
-_MOST_STEPS = 1000
+_MOST_STEPS, _FEWEST_NODES = 1000, 100
 _CLAY = np.array([205, 202, 196], dtype=np.uint8)

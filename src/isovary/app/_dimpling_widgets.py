@@ -46,7 +46,7 @@ def _dimple() -> None:
         _slider("charge", "Charge: + pushes in, − draws out", -3, 3, 0.1)
         _slider("alpha", "Strength", 0.5, 20, 0.5)
         v3.VTextField(
-            label="Depth (a length; empty: by strength)",
+            label="Depth (empty: by strength)",
             v_model=("depth",),
             density="compact",
             hide_details=True,

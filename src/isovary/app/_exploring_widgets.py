@@ -74,7 +74,12 @@ def drawer(preset: Callable[[str], None], counts: Sequence[int]) -> None:
     with html.Div(v_show=("part == 'explore'",)):
         problem("problem")
         with html.Div(classes="iso-section", v_if=("!has_result",)):
-            html.Div("No result is open. Compare two fields first.", classes="iso-facts")
+            html.Div("Reading the result…", v_if=("opening",), classes="iso-facts")
+            html.Div(
+                "No result is open. Compare two fields first.",
+                v_if=("!opening",),
+                classes="iso-facts",
+            )
         with html.Div(v_show=("has_result",)):
             _narrow_layout()
             _result()
@@ -175,14 +180,27 @@ def _cameras(preset: Callable[[str], None]) -> None:
 def _files() -> None:
     with html.Div(classes="iso-section", style="padding-bottom: 20px"):
         html.H2("Save")
-        v3.VBtn(
-            "Picture of the views",
-            size="small",
-            variant="tonal",
-            prepend_icon="mdi-camera-outline",
-            click="window.isovary.screenshot(headline, 'isovary.png')",
-            id="screenshot",
-        )
+        with html.Div(classes="iso-buttons"):
+            v3.VBtn(
+                "Picture of the views",
+                size="small",
+                variant="tonal",
+                prepend_icon="mdi-camera-outline",
+                click="window.isovary.screenshot(headline, 'isovary.png', 1)",
+                id="screenshot",
+            )
+            v3.VBtn(
+                "2×",
+                size="small",
+                variant="tonal",
+                min_width=44,
+                click="window.isovary.screenshot(headline, 'isovary.png', 2)",
+                id="screenshot_large",
+                **also(
+                    aria_label="Picture with twice the pixels each way",
+                    title="twice the pixels each way",
+                ),
+            )
         downloads("files")
 
 

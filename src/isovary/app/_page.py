@@ -54,6 +54,7 @@ class Page:
         )
         self._state.update({"shown": list(NAMES), "headline": ""})
         self._state.update({"arrived": False, "trame__title": "isovary"})
+        self._state.opening = settings.result is not None
         self._views = Views(server)
         self.exploring = Exploring(server, self._views, settings, self._turns)
         self.comparing = Comparing(server, self._views, settings, self._turns, self.exploring)
@@ -62,6 +63,7 @@ class Page:
         server.state.change("part")(self._enter)
         server.state.change("layout")(self._arrange)
         self._build()
+        self._build_lost()
         server.controller.on_server_ready.add_task(self._begin)
         self._settings = settings
 
@@ -80,7 +82,11 @@ class Page:
 
     async def _begin(self, **_: object) -> None:
         if self._settings.result is not None:
-            await self.exploring.open_result(self._settings.result)
+            try:
+                await self.exploring.open_result(self._settings.result)
+            finally:
+                with self._state:
+                    self._state.opening = False
         else:
             with self._state:
                 self._state.part = "compare"
@@ -128,7 +134,11 @@ class Page:
             client.ClientStateChange(value="link", change="window.isovary.remember(link)")
             client.ClientStateChange(value="camera", change="camera && window.isovary.look(camera)")
             self._bar()
-            with v3.VNavigationDrawer(v_model=("drawer",), width=330, mobile_breakpoint=900):
+            with v3.VNavigationDrawer(
+                v_model=("drawer",),
+                width=330,
+                mobile_breakpoint=("900",),  # a number: other words name steps of Vuetify's own
+            ):
                 self.exploring.drawer()
                 self.comparing.drawer()
                 self.dimpling.drawer()
@@ -137,6 +147,25 @@ class Page:
                     self._views.build(self._click, self._hover)
                     html.Div("{{ hover_words }}", classes="iso-hover", v_if=("hover_words",))
                 self.exploring.panel()
+
+    def _build_lost(self) -> None:
+        """What stands in the page's place while the server does not answer."""
+        with VAppLayout(
+            self._server, template_name="error_reconnect", vuetify_config=_vuetify_config()
+        ) as layout:
+            layout.root.theme = ("dark ? 'dark' : 'light'",)
+            client.ClientTriggers(mounted="window.isovary.comeBack()")
+            with html.Div(classes="iso-lost", **also(role="status")):
+                html.Div("Trying to come back…", id="lost_words")
+                v3.VBtn(
+                    "Reload",
+                    click="window.isovary.reload()",
+                    size="small",
+                    variant="tonal",
+                    id="lost_reload",
+                    **also(hidden=""),
+                )
+        self._state.trame__template_error = self._state.trame__template_error_reconnect
 
     def _bar(self) -> None:
         with v3.VAppBar(density="compact", flat=True, border=True):

@@ -38,6 +38,7 @@ class Views:
         self._widgets: dict[str, Any] = {}
         self._center = np.zeros(3)
         self._mesh: Mesh | None = None
+        server.state.filled = []
         server.controller.on_server_ready.add(lambda **_: describe_plainly())
 
     def build(self, click: Any, hover: Any) -> None:
@@ -46,22 +47,30 @@ class Views:
             for name in NAMES:
                 with html.Div(
                     id=f"view_{name}",
-                    classes="iso-view",
+                    classes=(f"filled.includes('{name}') ? 'iso-view' : 'iso-view iso-empty'",),
                     v_show=(f"shown.includes('{name}')",),
                     **also(role="img", aria_label=(f"titles.{name}",)),
                 ):
                     self._widgets[name] = _widget(self._scenes[name], name, click, hover)
                     _caption(name)
+                    html.Div(f"{{{{ {_waiting(name)} }}}}", classes="iso-wait")
 
     def show(self, name: str, mesh: Mesh, colors: np.ndarray) -> None:
         """Show a surface in a view; its own length unit, wherever it lies."""
         moved = Mesh(mesh.points - self._center, mesh.normals, mesh.triangles)
         self._scenes[name].show(moved, colors)
+        self._fill(name, True)
 
     def clear(self, *names: str) -> None:
         """Show nothing in these views."""
         for name in names:
             self._scenes[name].clear()
+            self._fill(name, False)
+
+    def _fill(self, name: str, full: bool) -> None:
+        """Tell the page which views have a surface, so that the others say why not."""
+        filled = {*self._server.state.filled} - {name} | ({name} if full else set())
+        self._server.state.filled = [view for view in NAMES if view in filled]
 
     def paint(self, name: str, colors: np.ndarray) -> None:
         """Colour the triangles of a view anew."""
@@ -125,9 +134,20 @@ def _widget(scene: Scene, name: str, click: Any, hover: Any) -> Any:
         MouseWheel=link,
         EndMouseWheel=link,
         EndPinch=link,
+        view_state_change=f"window.isovary.loaded('view_{name}', $event)",
         after_scene_loaded=f"window.isovary.join('view_{name}')",
         resize=f"window.isovary.join('view_{name}')",
     )
+
+
+def _waiting(name: str) -> str:
+    """The page's expression for the words of a view that has no picture yet."""
+    explore = "opening ? 'reading the result…' : 'no result is open'"
+    facts = f"{name}_facts" if name in ("base", "perturbed") else "''"
+    empty = f"{facts} ? 'no isosurface at this value' : 'no field is open'"
+    compare = f"{facts} === 'reading…' ? 'reading the field…' : {empty}"
+    drawing = f"filled.includes('{name}') || part === 'dimple' ? 'drawing…'"
+    return f"{drawing} : part === 'explore' ? ({explore}) : {compare}"
 
 
 def _caption(name: str) -> None:
@@ -153,7 +173,12 @@ def _caption(name: str) -> None:
             html.Span(f"{{{{ keys.{name}.high }}}}", **also(data_print="text"))
         with html.Div(v_if=(f"keys.{name}",), classes="iso-words"):
             html.Div(f"{{{{ keys.{name}.unit }}}}", **also(data_print="text"))
-            with html.Div(v_for=(f"patch in keys.{name}.patches",), key="patch.words"):
+            with (
+                html.Div(
+                    classes=(f"keys.{name}.patches.length > 5 ? 'iso-patches' : ''",),
+                ),
+                html.Div(v_for=(f"patch in keys.{name}.patches",), key="patch.words"),
+            ):
                 html.Span(
                     classes="iso-patch",
                     style=("{background: patch.color}",),

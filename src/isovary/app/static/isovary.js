@@ -46,6 +46,27 @@
     else if (asked) look(asked);
   }
 
+  /* Words stand in a view until its surface is drawn. The scene that came tells of the surface;
+     it is drawn in one of the next two frames. */
+  function loaded(name, scene) {
+    const box = document.getElementById(name);
+    const surface = scene && actors(scene).find((actor) => meshed(actor));
+    if (!box || !surface) return;
+    const seen = surface.properties.visibility !== 0; // left out where it is as before
+    const tell = () => box.toggleAttribute("data-drawn", seen);
+    requestAnimationFrame(() => requestAnimationFrame(tell));
+  }
+
+  function actors(part) {
+    const own = /Actor$/.test(part.type) ? [part] : [];
+    return own.concat(...(part.dependencies || []).map(actors));
+  }
+
+  function meshed(part) {
+    const polys = part.properties && part.properties.polys;
+    return !!polys || (part.dependencies || []).some(meshed);
+  }
+
   /* A click that ends a drag is no click. */
   document.addEventListener("pointerdown", (e) => (pressed = [e.clientX, e.clientY]), true);
   let last = [0, 0];
@@ -85,14 +106,14 @@
   }
 
   /* All views that are shown, as they stand on the page, with their titles and keys. */
-  async function screenshot(title, name) {
+  async function screenshot(title, name, times) {
     const shown = views();
     const boxes = shown.map(({ box }) => box.getBoundingClientRect());
     const left = Math.min(...boxes.map((b) => b.left));
     const top = Math.min(...boxes.map((b) => b.top));
     const right = Math.max(...boxes.map((b) => b.right));
     const bottom = Math.max(...boxes.map((b) => b.bottom));
-    const scale = window.devicePixelRatio || 1;
+    const scale = times * (window.devicePixelRatio || 1);
     const head = 36;
     const canvas = document.createElement("canvas");
     canvas.width = (right - left) * scale;
@@ -107,7 +128,7 @@
     pen.fillText(title, 12, 24);
     for (let k = 0; k < shown.length; k++) {
       const picture = new Image();
-      picture.src = URL.createObjectURL(await shown[k].view.captureImage("image/png", {}));
+      picture.src = URL.createObjectURL(await shown[k].view.captureImage("image/png", { scale: times }));
       await picture.decode();
       URL.revokeObjectURL(picture.src);
       const b = boxes[k];
@@ -145,5 +166,30 @@
     return answer.ok ? "" : await answer.text();
   }
 
-  window.isovary = { link, look, join, dragged, reveal, remember, arrival, save, screenshot, upload };
+  /* Asks again and again whether the server is back, and says what it found. */
+  async function comeBack() {
+    const begun = performance.now();
+    const words = document.getElementById("lost_words");
+    const button = document.getElementById("lost_reload");
+    while (words.isConnected) {
+      await new Promise((wake) => setTimeout(wake, 700));
+      const answer = await fetch(location.pathname, { method: "HEAD" }).catch(() => null);
+      if (!words.isConnected) return;
+      button.hidden = !answer || ![404, 410].includes(answer.status);
+      if (!answer) words.textContent = performance.now() - begun < GIVES_UP ? COMING : ENDED;
+      else if (answer.ok) await window.trame.connect().catch(() => null);
+      else words.textContent = button.hidden ? ANOTHER : OVER;
+    }
+  }
+
+  const GIVES_UP = 8000; // milliseconds
+  const COMING = "Trying to come back…";
+  const ENDED = "The server has ended. Start isovary view again, and open the address that it prints.";
+  const ANOTHER = "Another server answers. Open the address that it printed.";
+  const OVER = "This session has ended. Reload, and a new one begins.";
+
+  window.isovary = {
+    link, look, join, loaded, dragged, reveal, remember, arrival, save, screenshot, upload,
+    comeBack, reload: () => location.reload(),
+  };
 })();
