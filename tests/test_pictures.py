@@ -14,6 +14,7 @@ from isovary.color import GROUP_COLORS, NEUTRAL, UNKNOWN, group_colors, srgb_to_
 from isovary.records import Clusters, Correspondence
 from isovary.shapes import icosphere
 from isovary.view import _both, _overview, _paint, details, overview
+from isovary.view._camera import Camera
 from isovary.view._dendrogram import cut_range, dendrogram_figure, leaf_groups, node_groups
 from isovary.view._overview import prepare
 from isovary.view._rim_band import at_corners, contour, dashed, rim_band
@@ -223,8 +224,9 @@ def test_overlay_tells_front_from_back(result):
     x = result.base.points[:, 0]
     result = _moved(result, np.where(np.abs(x) < 0.4, 1e-4, 0.1 * np.sign(x)))
     view = prepare(result)
+    view = replace(view, camera=Camera(np.eye(3), view.camera.low, view.camera.high))
     colors = _both.overlay_colors(view, 0.002)
-    x, toward = view.pieces.middles[:, 0], view.pieces.facing @ view.camera.axes[2]
+    x, toward = view.pieces.middles[:, 0], view.pieces.facing[:, 2]
     front = toward > 0.2
     mixed = {
         name: (np.array(to_rgb("#c9d4dc")) + to_rgb(name)) / 2 for name in ("#d55e00", "#0072b2")

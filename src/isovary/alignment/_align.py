@@ -159,7 +159,7 @@ def align(
     stays = Alignment(RigidMotion(), before, before, names)
     if before <= rounding or frame.seen.shape[1] == 0:
         return stays
-    start = _best_start(base, perturbed, held, sites.some(_SAMPLES), frame, rough, exact)
+    start = _best_start(base, perturbed, held, sites, frame, rough, exact)
     best = _descend(start, sites, exact, frame, _FINELY, rounding)
     after = float(best.rms[0])
     if not after < (1 - _REAL) * before:
@@ -392,10 +392,10 @@ def _best_start(
     rough: _FeetOf,
     exact: _FeetOf,
 ) -> Poses:
-    """The pose, fitted to a part of the nodes, that the rule in the notes of align chooses."""
-    floor = _FLOOR * frame.size
-    near = _descend(_IDENTITY, sites, rough, frame, _ROUGHLY, 0.0)
-    near = _descend(near.poses, sites, exact, frame, _ROUGHLY, floor / 10)
+    """The pose, roughly fitted, that the rule in the notes of align chooses."""
+    floor, some = _FLOOR * frame.size, sites.some(_SAMPLES)
+    near = _descend(_IDENTITY, some, rough, frame, _ROUGHLY, 0.0)
+    near = _descend(near.poses, some, exact, frame, _ROUGHLY, floor / 10)
     if near.rms[0] <= floor and np.trace(near.turns[0]) > _LITTLE:
         return near.poses
     fit = _descend(starts(base, perturbed, held), sites.some(_FEW), rough, frame, _ROUGHLY, 0.0)
@@ -403,7 +403,8 @@ def _best_start(
     poses = Poses(
         np.concatenate([near.turns, fit.turns[few]]), np.concatenate([near.shifts, fit.shifts[few]])
     )
-    fit = _descend(poses, sites, exact, frame, _ROUGHLY, floor / 10)
+    fit = _descend(poses, some, exact, frame, _ROUGHLY, floor / 10)
+    fit = _descend(fit.poses, sites, exact, frame, _ROUGHLY, floor / 10)  # some may mislead
     best = _choice(fit, floor)
     return Poses(fit.turns[[best]], fit.shifts[[best]])
 

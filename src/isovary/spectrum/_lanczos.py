@@ -293,10 +293,18 @@ def _append(block: Floats, basis: Floats, mass: RowPieces) -> tuple[Floats, Floa
             rng = np.random.default_rng(_SEED + basis.shape[1])
             block[:, ~kept] = rng.standard_normal((len(block), int((~kept).sum())))
             remainder[~kept] = 0.0
-            for _ in range(2):
+            for _ in range(2):  # what is left of a weak direction is mostly rounding at first
                 block = minus(block, basis, gram(basis, mass @ block))
+                inverse, lower = _orthonormalizer(gram(block, mass @ block))
+                block, remainder = times(block, inverse), lower.T @ remainder
             image = mass @ block
-        lower = np.linalg.cholesky(gram(block, image))
-        inverse, remainder = np.linalg.inv(lower).T, lower.T @ remainder
+        inverse, lower = _orthonormalizer(gram(block, image))
+        remainder = lower.T @ remainder
     times(block, inverse, out=target)
     return times(image, inverse), remainder
+
+
+def _orthonormalizer(squares: Floats) -> tuple[Floats, Floats]:
+    """The inverse, transposed, of the Cholesky factor of a block's inner products; the factor."""
+    lower = np.linalg.cholesky(squares)
+    return np.linalg.inv(lower).T, lower
