@@ -498,3 +498,74 @@ async def test_a_cancelled_run_opens_nothing(part):
     assert await part.run() is not None
     await part.comparing.close()
     assert not part.jobs[-1].running
+
+
+@pytest.mark.parametrize("role", ["base", "perturbed"])
+@in_loop
+async def test_a_failed_run_is_told_by_the_names_that_it_ran_with(part, role):
+    """Oracle: definition. Another file was taken meanwhile."""
+    base, perturbed = await part.ready()
+    job = await part.run()
+    await part.take(role, field(np.linspace(0, 2, 65)), "third.npy")
+    job.tell(Failed(f"{base}: unlike {perturbed}; crop one [F09]"))
+    await settled()
+    assert part.state.run_problem == "first.npy: unlike second.npy; crop one [F09]"
+
+
+@in_loop
+async def test_a_failed_read_clears_its_preview(part):
+    """Oracle: definition. A field that could not be read shows nothing of the one before."""
+    await part.ready()
+    part.send("base", "bad.npy")
+    await settled()
+    part.jobs[-1].tell(Failed("bad"))
+    await settled()
+    assert "base" not in part.views.meshes
+    assert "Base" not in part.state.preview_words
+
+
+@in_loop
+async def test_nothing_chosen(part):
+    """Oracle: definition. The list's own cross sends no name: nothing happens."""
+    await part.comparing._choose("base", None)
+
+
+@in_loop
+async def test_run_pressed_twice(part, monkeypatch):
+    """Oracle: definition. One run, also while the first still waits for the search to end."""
+    await part.ready()
+    gate = asyncio.Event()
+
+    async def pause():
+        await gate.wait()
+
+    monkeypatch.setattr(part.exploring, "pause", pause)
+    both = [asyncio.ensure_future(part.comparing._run()) for _ in range(2)]
+    await settled()
+    gate.set()
+    await asyncio.gather(*both)
+    await settled()
+    asked = [n for n in part.gateway.notes if n.get("job") == "ask"]
+    assert len(asked) == 1
+    assert len(part.jobs) == 3
+
+
+@in_loop
+async def test_cancel_while_the_run_begins(part, monkeypatch):
+    """Oracle: definition. What is cancelled before it began does not run."""
+    await part.ready()
+    gate = asyncio.Event()
+
+    async def pause():
+        await gate.wait()
+
+    monkeypatch.setattr(part.exploring, "pause", pause)
+    run = asyncio.ensure_future(part.comparing._run())
+    await settled()
+    assert part.state.running
+    await part.comparing._cancel()
+    gate.set()
+    await run
+    await settled()
+    assert not part.state.running
+    assert len(part.jobs) == 2

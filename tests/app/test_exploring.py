@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from dataclasses import replace
 from typing import ClassVar
 from urllib.parse import parse_qsl
@@ -535,3 +536,51 @@ def test_beside_the_surface_there_is_no_place(event):
     views.frame(mesh(), *PRESETS["+z"])
     assert views.place(event) is None
     Views(StubServer()).look(*PRESETS["+z"])  # before anything is there
+
+
+@in_loop
+async def test_the_search_goes_on_when_a_result_cannot_be_shown(part):
+    """Oracle: definition. The result that stays still wants its groups."""
+    await part.open()
+    await part.exploring.pause()  # for a run, of which
+    part.results["other"] = OSError("no such file")
+    await part.exploring.open_result(part.settings.folder / "other")
+    await settled()
+    assert part.jobs[-1].running
+
+
+@in_loop
+async def test_an_old_link_is_not_for_the_next_result(part):
+    """Oracle: definition. A link that came beside another part is no longer there."""
+    await part.open()
+    part.state.change("part")(lambda **_: part.exploring.enter())
+    await part.set(part="compare")
+    part.follow("node=12&view=groups")  # a browser that came back to the open result
+    await part.open("noisy")
+    assert part.state.node == -1
+
+
+class Widget:
+    """Counts how often its scene was sent."""
+
+    def __init__(self):
+        self.sent = 0
+
+    def update(self):
+        self.sent += 1
+
+
+@in_loop
+async def test_the_last_of_quick_scenes_is_sent_once_more(monkeypatch):
+    """Oracle: definition. Once for each push, and once more when quiet follows quick ones."""
+    monkeypatch.setattr(_views, "_QUIET", 0.1)
+    views = Views(StubServer())
+    views._widgets = widgets = {name: Widget() for name in NAMES}
+    views.push("groups")
+    for _ in range(5):
+        views.push("change")
+    assert [widgets[name].sent for name in NAMES] == [0, 0, 5, 1]
+    while widgets["change"].sent == 5:
+        await asyncio.sleep(0.01)
+    assert not views._again  # nothing more is to come
+    assert [widgets[name].sent for name in NAMES] == [0, 0, 6, 1]

@@ -235,3 +235,11 @@ def test_wrong_calls_are_told(saved, shown):
         with pytest.raises(ArgumentError) as told:
             call()
         assert told.value.code == code, number
+
+
+def test_a_result_far_away_is_drawn_as_precisely_as_a_near_one():
+    """Oracle: symmetry. Moved by 1e6 radii: the same points about the middle."""
+    near = icosphere(3)
+    far = Surface(near.points + 1e6, near.triangles)
+    points = drawn(far).points.astype(float) - 1e6
+    np.testing.assert_allclose(points, drawn(near).points, atol=1e-6)

@@ -327,3 +327,30 @@ async def test_what_cannot_be_sent_to_a_process_is_told():
     await settled()
     assert told.failed
     assert told.failed[0].endswith("[A03]")
+
+
+@pytest.mark.parametrize("note", ["busy", "job"])
+@in_loop
+async def test_a_run_given_up_while_it_asks_leaves_the_line(note):
+    """Oracle: definition. Also while the channel is slow: what was asked for is given back."""
+    notes, slow = [], asyncio.Event()
+
+    async def send(**sent):
+        notes.append(sent)  # written, and then the channel waits for the other end
+        if note in sent and sent.get(note) in (True, "ask"):
+            await slow.wait()
+
+    turns = Turns(send)
+
+    async def run():
+        async with turns.turn(lambda _: None):
+            raise AssertionError
+
+    task = asyncio.ensure_future(run())
+    await settled()
+    task.cancel()
+    await asyncio.wait({task})
+    slow.set()
+    asked = [n for n in notes if n.get("job") == "ask"]
+    assert len([n for n in notes if n.get("job") == "done"]) >= len(asked)
+    assert notes[-1] == {"busy": False}

@@ -68,7 +68,11 @@ class Channel:
         ------
         ValueError
             For a payload longer than `LONGEST`, at which the other end would hang up.
+        ConnectionError
+            If the other end has gone.
         """
+        if self._writer.is_closing():
+            raise ConnectionResetError("the other end has gone")
         if len(payload) > LONGEST:
             raise ValueError(f"payload: expected at most {LONGEST} bytes, got {len(payload)}")
         self._writer.write(_HEAD.pack(len(payload), kind, client) + payload)

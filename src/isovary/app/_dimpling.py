@@ -90,6 +90,7 @@ class Dimpling:
         self._history: DimpleHistory | None = None
         self._norm: Floats | None = None
         self._sent: tuple[Path, str] | None = None
+        self._asked = 0  # surfaces so far, by which a slow one knows that it comes too late
         self._state.update(_START)
         server.state.change("shape")(self._begin)
         server.state.change("radius")(lambda **_: self._mark_disc())
@@ -112,13 +113,18 @@ class Dimpling:
 
     async def uploaded(self, _role: str, path: Path, name: str) -> None:
         """Take a surface that the browser sent."""
+        self._asked += 1
+        asked = self._asked
         try:
             surface, notes = await asyncio.to_thread(_read_noted, path)
         except IsovaryError as error:
             with self._state as state:
                 state.dimple_problem = str(error).replace(str(path), name)
             return
-        self._sent = path, re.sub(r"[^A-Za-z0-9._-]", "_", name)
+        if asked != self._asked:
+            return  # another surface was taken meanwhile
+        plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)
+        self._sent = path, f"start-{plain}" if plain in _SAVED else plain
         with self._state as state:
             state.shape, state.shape_name = "", name
             self._open(surface, [str(path)], notes)
@@ -145,19 +151,19 @@ class Dimpling:
             "decay": float(state.decay),
             "steps": int(state.steps),
         }
-        radius = float(state.radius)
+        center, radius, alpha = state.center, float(state.radius), float(state.alpha)
         try:
             if flight["steps"] > _MOST_STEPS:
                 raise ArgumentError("A02", f"steps: expected at most {_MOST_STEPS}")
             if str(state.depth or "").strip():
-                aim = partial(
-                    strength_for, history.current, state.center, radius, _length(state.depth)
-                )
-                state.alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
+                aim = partial(strength_for, history.current, center, radius, _length(state.depth))
+                alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
             if self._history is history:
-                self._take(history.push(state.center, radius, alpha=float(state.alpha), **flight))
+                state.alpha = alpha
+                self._take(history.push(center, radius, alpha=alpha, **flight))
         except IsovaryError as error:
-            state.dimple_problem = str(error)
+            if self._history is history:
+                state.dimple_problem = str(error)
 
     def undo(self) -> None:
         """Take the last dimple back."""
@@ -175,14 +181,14 @@ class Dimpling:
         if history is None or not history.can_undo:
             return
         self._state.comparing_dimple, self._state.dimple_stage = True, "starting"
-        await self._exploring.pause()
         self._work.start(
             change_between,
             (history.surfaces[0], history.current),
             done=partial(self._compared, history),
-            failed=self._failed,
+            failed=partial(self._failed, history),
             progress=lambda event: self._tell_stage(event.stage),
             waiting=lambda position: self._tell_stage(f"waiting, {position} before this one"),
+            first=self._exploring.pause,
         )
 
     async def cancel(self) -> None:
@@ -219,10 +225,11 @@ class Dimpling:
             timings={},
             arrays={"displacement": made.points - base.points},
         )
-        (folder / "mesh.vtu").replace(out / "dimpled.vtu")
-        (out / "dimple.sh").write_text(self._told(command(history)), encoding="utf-8")
-        (out / "dimple.py").write_text(self._told(python_script(history)), encoding="utf-8")
-        names = ["dimpled.vtu", "dimple.sh", "dimple.py"]
+        mesh, shell, script = (out / name for name in _SAVED)
+        (folder / "mesh.vtu").replace(mesh)
+        shell.write_text(self._told(command(history)), encoding="utf-8")
+        script.write_text(self._told(python_script(history)), encoding="utf-8")
+        names = list(_SAVED)
         if history.words[0] not in SHAPES and self._sent is not None:
             path, name = self._sent
             shutil.copy2(path, out / name)
@@ -238,6 +245,7 @@ class Dimpling:
     def _begin(self, **_: object) -> None:
         shape = self._state.shape
         if self._state.part == "dimple" and shape in SHAPES:
+            self._asked += 1
             self._state.shape_name = ""
             self._open(SHAPES[shape](4, 2), [shape])
 
@@ -320,9 +328,10 @@ class Dimpling:
         strokes = np.empty((0, 2, 3))
         if state.center is not None:
             try:
-                lines = disc(history.current, state.center, float(state.radius))
+                lines, problem = disc(history.current, state.center, float(state.radius)), ""
             except IsovaryError as error:
-                state.dimple_problem, lines = str(error), ()
+                lines, problem = (), str(error)
+            state.dimple_problem = problem
             if lines:
                 strokes = np.concatenate(
                     [np.stack([line[:-1], line[1:]], axis=1) for line in lines]
@@ -343,8 +352,10 @@ class Dimpling:
         with self._state as state:
             state.dimple_stage = words
 
-    def _failed(self, message: str) -> None:
+    def _failed(self, history: DimpleHistory, message: str) -> None:
         self._exploring.find_groups()
+        if self._history is not history:
+            return
         with self._state as state:
             state.comparing_dimple, state.dimple_problem = False, message
 
@@ -374,5 +385,6 @@ def _length(text: object) -> float:
         raise ArgumentError("A02", f"depth: expected a length, got {text}") from None
 
 
+_SAVED = "dimpled.vtu", "dimple.sh", "dimple.py"
 _MOST_STEPS, _FEWEST_NODES = 1000, 100
 _CLAY = np.array([205, 202, 196], dtype=np.uint8)

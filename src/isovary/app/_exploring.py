@@ -101,8 +101,8 @@ class Exploring:
         """End what still runs."""
         await self._work.cancel()
 
-    async def open_result(self, folder: Path) -> None:
-        """Read a folder and show it."""
+    async def open_result(self, folder: Path, reveal: bool = True) -> None:
+        """Read a folder and show it, in place of another part of the page only if it should."""
         try:
             opened = await asyncio.to_thread(open_folder, folder)
             files = await asyncio.to_thread(offer, folder, self._settings.folder / "out")
@@ -114,7 +114,7 @@ class Exploring:
         await self._work.cancel()
         with self._state as state:
             state.files = files
-            self._show(opened)
+            self._show(opened, reveal)
         if self._state.arrived:
             self.find_groups()
 
@@ -197,7 +197,7 @@ class Exploring:
     def _clusters(self) -> Clusters:
         return self._groups[self._shown]
 
-    def _show(self, opened: OpenedResult) -> None:
+    def _show(self, opened: OpenedResult, reveal: bool) -> None:
         result = opened.saved
         self._opened, self._saved = opened, result.count
         self._group({result.count: opened.groups})
@@ -212,7 +212,7 @@ class Exploring:
         self._apply_link()
         if state.part == "explore":
             self._fill()
-        else:
+        elif reveal:
             state.part = "explore"  # and its handler fills the views
 
     def _group(self, found: dict[int, Clusters]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -83,14 +84,15 @@ class Page:
     async def _begin(self, **_: object) -> None:
         if self._settings.result is not None:
             try:
-                await self.exploring.open_result(self._settings.result)
+                await self.exploring.open_result(self._settings.result, reveal=False)
             finally:
                 with self._state:
                     self._state.opening = False
         else:
             with self._state:
                 self._state.part = "compare"
-        await self._send(shown=True)
+        with suppress(ConnectionError):  # the gateway has gone, and the session goes, too
+            await self._send(shown=True)
 
     def _darken(self, dark: bool, **_: object) -> None:
         self._views.dark(bool(dark))

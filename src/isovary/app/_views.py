@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from ._html import also
 from ._scene import Mesh, Scene, camera_at, describe_plainly
 
 NAMES = ("base", "perturbed", "change", "groups")
+_QUIET = 0.4  # seconds after which no array of an older scene is under way
 
 PRESETS: dict[str, tuple[Floats, Floats]] = {
     "+x": (np.array([1.0, 0, 0]), np.array([0.0, 0, 1])),
@@ -38,6 +40,8 @@ class Views:
         self._widgets: dict[str, Any] = {}
         self._center = np.zeros(3)
         self._mesh: Mesh | None = None
+        self._sent: dict[str, float] = {}
+        self._again: dict[str, asyncio.TimerHandle] = {}
         server.state.filled = []
         server.controller.on_server_ready.add(lambda **_: describe_plainly())
 
@@ -99,9 +103,24 @@ class Views:
             scene.dark(dark)
 
     def push(self, *names: str) -> None:
-        """Send what changed in these views."""
+        """Send what changed in these views.
+
+        A browser may fetch the arrays of two scenes at once, and show the older one last. So of
+        scenes that follow each other quickly the last is sent once more when it is quiet.
+        """
+        loop = asyncio.get_running_loop()
         for name in names or NAMES:
             self._widgets[name].update()
+            last = self._sent.get(name, -np.inf)
+            self._sent[name] = loop.time()
+            if name in self._again:
+                self._again.pop(name).cancel()
+            if loop.time() - last < _QUIET:
+                self._again[name] = loop.call_later(_QUIET, self._send_again, name)
+
+    def _send_again(self, name: str) -> None:
+        del self._again[name]
+        self._widgets[name].update()
 
     def place(self, event: dict[str, Any] | None) -> Floats | None:
         """Where on a surface a pointer's event took place, or None beside it."""

@@ -67,6 +67,8 @@ class Work:
                     await _attend(_jobs.start(function, *arguments), done, failed, progress)
             except IsovaryError as error:
                 failed(str(error))
+            except ConnectionError:  # the gateway has gone, and the session goes, too
+                _log.info("a run of the page ended with its gateway")
             except Exception:
                 _log.exception("a run of the page")
                 failed("Something went wrong here; the terminal tells more.")

@@ -304,7 +304,7 @@ def _append(block: Floats, basis: Floats, mass: RowPieces) -> tuple[Floats, Floa
     return times(image, inverse), remainder
 
 
-def _orthonormalizer(squares: Floats) -> tuple[Floats, Floats]:
+def _orthonormalizer(squares: Floats) -> tuple[np.ndarray, np.ndarray]:
     """The inverse, transposed, of the Cholesky factor of a block's inner products; the factor."""
     lower = np.linalg.cholesky(squares)
     return np.linalg.inv(lower).T, lower
