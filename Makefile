@@ -27,7 +27,7 @@ help:
 	@echo 'make demo       compare the two electron densities that ship with isovary; see isovary-demo/'
 	@echo 'make view       the page in the browser, with the demo in it'
 	@echo 'make test       run the tests and the examples in the docstrings'
-	@echo 'make test-page  the page in a real browser (Chromium), five minutes'
+	@echo 'make test-page  of these only the page in a real browser (Chromium), three minutes'
 	@echo 'make bench-page how fast the page is, alone and for twenty at once'
 	@echo 'make check      ruff (lint and format) and mypy --strict'
 	@echo 'make teeth      plant faults in a copy of the package, and see its tests find them'
@@ -55,7 +55,8 @@ test: $(STAMP)-test
 	$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadscope $(ARGS)
 
 test-page: $(STAMP)-test
-	$(BIN)/python -m pytest -m page tests/app $(ARGS)
+	$(BIN)/python -m pytest tests/app/test_page_explore.py tests/app/test_page_compare.py \
+	  tests/app/test_page_dimple.py $(ARGS)
 
 bench-page: $(STAMP)-test
 	$(BIN)/python benchmarks/page.py $(ARGS)

@@ -31,13 +31,3 @@ def ellipsoid() -> iv.Surface:
 @pytest.fixture(scope="session")
 def sphere_pairs() -> iv.Eigenpairs:
     return iv.eigenpairs(iv.fem(iv.icosphere(3)), 100)
-
-
-_IN_BROWSER = ("test_page_explore.py", "test_page_compare.py", "test_page_dimple.py")
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The page in a real browser takes minutes: `make test-page` runs these tests, and only it."""
-    for item in items:
-        if item.path.name in _IN_BROWSER:
-            item.add_marker(pytest.mark.page)
