@@ -52,7 +52,7 @@ view: $(STAMP)-app
 	$(BIN)/isovary view isovary-demo $(ARGS)
 
 test: $(STAMP)-test
-	$(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadscope $(ARGS)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n logical --maxprocesses 4 --dist loadscope $(ARGS)
 
 test-page: $(STAMP)-test
 	$(BIN)/python -m pytest tests/app/test_page_explore.py tests/app/test_page_compare.py \

@@ -164,7 +164,7 @@ def test_dirichlet_is_refused_where_there_is_none(tmp_path):
     assert "boundary: expected natural with --laplacian knn-graph, got dirichlet" in done.stderr
 
 
-FEW = {"vertices": 500, "pairs": 50, "times": 20}
+FEW = {"vertices": 250, "pairs": 50, "times": 20}
 
 
 def ball_and_drop(radius):
