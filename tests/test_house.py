@@ -36,7 +36,17 @@ LAYERS = {
     **dict.fromkeys(["embedding", "color", "deform", "shapes", "potentials"], 1),
     **dict.fromkeys(["comparison", "levels", "methods", "noise", "notes", "quality", "sweep"], 2),
     **dict.fromkeys(
-        ["checks", "families", "task", "topology_change", "matching", "extrinsic", "groups"], 2
+        [
+            "checks",
+            "families",
+            "task",
+            "topology_change",
+            "matching",
+            "extrinsic",
+            "groups",
+            "names",
+        ],
+        2,
     ),
     **dict.fromkeys(["io", "view", "app", "paraview", "data", "thesis", "cli", "__main__"], 3),
 }

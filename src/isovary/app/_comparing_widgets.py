@@ -10,7 +10,7 @@ from typing import Any
 from trame.widgets import html
 from trame.widgets import vuetify3 as v3
 
-from ..cli._methods import CLUSTERINGS
+from ..names import CLUSTERINGS
 from ._html import also, problem, slider, upload
 from ._opened_field import OpenedField, Preview
 from ._uploads import FIELD_SUFFIXES

@@ -15,10 +15,9 @@ from numpy.typing import ArrayLike
 from ..deform import Region, _nodes_in, dimple
 from ..errors import ArgumentError
 from ..geometry import Bools, Floats, Ints, edges_of, linear_triangles
+from ..names import SHAPES
 from ..notes import noted_warnings
 from ..records import Surface
-
-_SHAPES = ("sphere", "ellipsoid", "torus")
 
 
 @dataclass(frozen=True)
@@ -219,7 +218,7 @@ def command(history: DimpleHistory, out: str | os.PathLike[str] = "dimpled") -> 
     shape, options = _options(history.words)
     runs = _runs(history.done)
     defaults = {"subdivisions": 4, "order": 2}
-    source: str | Path = shape if shape in _SHAPES else Path(shape)
+    source: str | Path = shape if shape in SHAPES else Path(shape)
     lines = []
     for number, run in enumerate(runs, 1):
         last = number == len(runs)
@@ -256,7 +255,7 @@ def python_script(history: DimpleHistory) -> str:
 def _first(words: Sequence[str]) -> str:
     """The call that makes the first surface."""
     shape, options = _options(words)
-    if shape not in _SHAPES:
+    if shape not in SHAPES:
         return f"iv.read_surface({os.path.abspath(shape)!r})"
     fine, order = options.get("subdivisions", 4), options.get("order", 2)
     counts = f"({24 * 2 ** (fine - 2)}, {10 * 2 ** (fine - 2)})"

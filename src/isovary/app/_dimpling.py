@@ -15,12 +15,12 @@ import numpy as np
 from matplotlib.colors import to_hex
 from scipy.spatial import cKDTree
 
-from ..cli._dimple import SHAPES
 from ..color import NEUTRAL
 from ..errors import ArgumentError, IsovaryError
 from ..geometry import Floats
 from ..io import read_surface
 from ..io._meshes import save_mesh
+from ..names import SHAPES
 from ..notes import noted_warnings
 from ..quality import mesh_quality
 from ..records import Surface

@@ -20,9 +20,9 @@ from ..errors import ArgumentError, IsovaryError
 from ..io import read_field
 from ..io._atomic import check_output
 from ..io._results import save
+from ..names import CLUSTERINGS, LAPLACIANS, MATCHES, MESHERS, SIGNATURES, SIZINGS, WITH_BOUNDARY
 from ..scalar_field import ScalarField
 from ._app import Whole, WholeOrAuto, WholeOrNone, app, progress, say
-from ._methods import CLUSTERINGS, LAPLACIANS, MATCHES, MESHERS, SIGNATURES, SIZINGS, WITH_BOUNDARY
 from ._record import another, command_line, file_facts
 
 _DEMO_ISOVALUE = 0.05

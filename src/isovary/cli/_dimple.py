@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -21,21 +21,13 @@ from ..io import read_surface
 from ..io._atomic import check_output
 from ..io._meshes import save_mesh
 from ..levels import Walk
+from ..names import SHAPES
 from ..notes import noted_warnings
 from ..quality import MeshQuality, mesh_quality
 from ..records import Surface
-from ..shapes import ellipsoid, icosphere, torus
 from ._app import Whole, app, progress, say
 from ._record import another, command_line, file_facts
 
-_AROUND, _ALONG = 24, 10  # nodes of a torus per subdivision step
-SHAPES: dict[str, Callable[[int, int], Surface]] = {
-    "sphere": lambda fine, order: icosphere(fine, order=order),
-    "ellipsoid": lambda fine, order: ellipsoid((1, 1, 2), fine, order=order),
-    "torus": lambda fine, order: torus(
-        1.0, 0.4, (_AROUND * 2 ** (fine - 2), _ALONG * 2 ** (fine - 2)), order=order
-    ),
-}
 _FINE = 4
 _FILES = (".vtu", ".vtp", ".vtk", ".ply", ".obj", ".off", ".stl")
 

@@ -16,12 +16,12 @@ from ..io._meshes import save_mesh
 from ..levels import Walk
 from ..meshing import DEFAULT_VERTICES, Sizing, better_interpolation, interpolation_errors
 from ..methods import method_name
+from ..names import MESHERS, SIZINGS
 from ..notes import noted_warnings
 from ..quality import mesh_quality
 from ..scalar_field import ScalarField
 from ..task import field_facts
 from ._app import WholeOrNone, app, progress, say
-from ._methods import MESHERS, SIZINGS
 from ._record import another, command_line, file_facts
 
 

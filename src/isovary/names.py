@@ -1,16 +1,16 @@
-"""The words of the command line for the methods of each room."""
+"""The words by which command line and page call methods and shapes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
 
-from .. import clustering as clusterings
-from .. import laplacian as operators
-from .. import signature as signatures
-from ..correspondence import closest_point, isometric_match, normal_rays
-from ..groups import Clustering
-from ..meshing import (
+from . import clustering as clusterings
+from . import laplacian as operators
+from . import signature as signatures
+from .correspondence import closest_point, isometric_match, normal_rays
+from .groups import Clustering
+from .meshing import (
     Mesher,
     Sizing,
     curvature_sizing,
@@ -20,9 +20,10 @@ from ..meshing import (
     particles,
     uniform_sizing,
 )
-from ..methods import Signature
-from ..records import Laplacian
-from ..task import Match
+from .methods import Signature
+from .records import Laplacian, Surface
+from .shapes import ellipsoid, icosphere, torus
+from .task import Match
 
 MATCHES: dict[str, Match | None] = {
     "carried": None,
@@ -66,3 +67,13 @@ SIZINGS: dict[str, Sizing] = {
     "curvature": curvature_sizing,
     "nonuniform": nonuniform_sizing,
 }
+
+_AROUND, _ALONG = 24, 10  # nodes of a torus per subdivision step
+SHAPES: dict[str, Callable[[int, int], Surface]] = {
+    "sphere": lambda fine, order: icosphere(fine, order=order),
+    "ellipsoid": lambda fine, order: ellipsoid((1, 1, 2), fine, order=order),
+    "torus": lambda fine, order: torus(
+        1.0, 0.4, (_AROUND * 2 ** (fine - 2), _ALONG * 2 ** (fine - 2)), order=order
+    ),
+}
+"""Closed surfaces, made of a number of subdivisions and an order."""
