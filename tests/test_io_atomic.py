@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
+import signal
 import stat
 from pathlib import Path
 
 import pytest
 
 from isovary.errors import RunError
+from isovary.io import _atomic
 from isovary.io._atomic import write_folder
 
 SUMMARY = '{"isovary": "0.1"}'
@@ -205,3 +207,50 @@ def test_everything_is_synced_before_the_move(
     assert len(synced) == 5
     assert synced[-1] == tmp_path.stat().st_ino
     assert (tmp_path / "out" / "sub" / "change.txt").stat().st_ino in synced
+
+
+def test_a_stop_before_the_move_leaves_the_old_result(tmp_path, monkeypatch):
+    """Oracle: algebra. Between the last check of the place and the first rename."""
+    _write(tmp_path / "out", "first")
+    real = _atomic._check_replaceable
+
+    def stopped(target: Path, kept: str = "") -> None:
+        real(target, kept)
+        if kept:
+            raise SystemExit(143)
+
+    monkeypatch.setattr(_atomic, "_check_replaceable", stopped)
+    with pytest.raises(SystemExit):
+        _write(tmp_path / "out", "second")
+    assert _names(tmp_path) == ["out"]
+    assert (tmp_path / "out" / "sub" / "change.txt").read_text() == "first"
+
+
+def test_what_appears_between_the_renames_costs_no_result(tmp_path, monkeypatch):
+    """Oracle: algebra. The new result is kept under its own name, and so is the old one."""
+    _write(tmp_path / "out", "first")
+    rename = Path.rename
+
+    def overtaken(self: Path, target: Path) -> Path:
+        if self.suffix == ".part":
+            target.mkdir()
+            (target / "mine.txt").write_text("mine")
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", overtaken)
+    with pytest.raises(RunError) as caught:
+        _write(tmp_path / "out", "second")
+    assert caught.value.code == "W07"
+    texts = {path.read_text() for path in tmp_path.rglob("change.txt")}
+    assert texts == {"first", "second"}
+    assert (tmp_path / "out" / "mine.txt").read_text() == "mine"
+
+
+def test_a_stop_is_heard_once(monkeypatch):
+    """Oracle: definition. From the first signal on, neither it nor Ctrl-C stops the cleaning up."""
+    ignored = {}
+    monkeypatch.setattr(signal, "signal", ignored.__setitem__)
+    with pytest.raises(SystemExit) as caught:
+        _atomic.stop(signal.SIGTERM, None)
+    assert caught.value.code == 128 + signal.SIGTERM
+    assert ignored == dict.fromkeys((signal.SIGTERM, signal.SIGINT), signal.SIG_IGN)

@@ -15,7 +15,7 @@ from contracts.test_signature import METHODS as SIGNATURES
 from oracles import hemisphere_signature
 
 import isovary as iv
-from isovary.cli import _methods as words
+from isovary import names as words
 from isovary.cli import compare_files
 from isovary.methods import Methods, method_name
 

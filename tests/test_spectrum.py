@@ -464,3 +464,17 @@ def test_strip_with_fixed_sides():
     unit = laplacian.mass / laplacian.area
     operator = _lanczos._middle(laplacian.stiffness, unit, 40)
     assert 0 < operator.below <= 32
+
+
+@pytest.mark.parametrize("left", [0.0, 1e-16, 1e-8])
+def test_a_block_of_which_nothing_is_left_is_replaced(left):
+    """Oracle: algebra. All in the span of the columns before, or nearly: random ones instead."""
+    mass = _threads.in_pieces(unit_area(iv.fem(iv.icosphere(2)))[1])
+    rng = np.random.default_rng(5)
+    basis = np.asfortranarray(rng.standard_normal((642, 16)))
+    lower = np.linalg.cholesky(basis[:, :8].T @ (mass @ basis[:, :8]))
+    basis[:, :8] = basis[:, :8] @ np.linalg.inv(lower).T
+    block = basis[:, :8] @ rng.standard_normal((8, 8)) + left * rng.standard_normal((642, 8))
+    image, _ = _lanczos._append(block, basis, mass)
+    np.testing.assert_allclose(basis.T @ (mass @ basis), np.eye(16), atol=1e-10)
+    np.testing.assert_allclose(image, mass @ basis[:, 8:], atol=1e-12)

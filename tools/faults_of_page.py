@@ -381,8 +381,8 @@ PAGE = (
     Fault(
         "page: two runs of one part at once",
         "app/_work.py",
-        "            self._task.cancel()\n\n        async def",
-        "            pass\n\n        async def",
+        "        self.stop()\n\n        async def",
+        "        async def",
         (APP + "turns.py",),
     ),
     Fault(

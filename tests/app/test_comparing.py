@@ -569,3 +569,48 @@ async def test_cancel_while_the_run_begins(part, monkeypatch):
     await settled()
     assert not part.state.running
     assert len(part.jobs) == 2
+
+
+@in_loop
+async def test_the_demo_does_not_replace_what_was_chosen_after_it(part):
+    """Oracle: definition. A later file stays, and keeps its isovalue."""
+    demo = asyncio.ensure_future(part.comparing._demo())
+    await settled()
+    await part.take("base", field(np.linspace(100, 200, 65)), "mine.npy")
+    isovalue = part.state.isovalue
+    await demo
+    assert part.state.base_name == "mine.npy"
+    assert part.state.isovalue == isovalue
+
+
+@in_loop
+async def test_the_choices_reach_the_run(part):
+    """Oracle: definition. By the names of the command; an empty field passes nothing."""
+    await part.ready()
+    part.server.browser_sets(
+        wanted_cluster="norm-bins", wanted_align=False, wanted_smooth="0.25", wanted_vertices="600"
+    )
+    job = await part.run()
+    options = job.arguments[3]
+    assert options["cluster"] == "norm-bins"
+    assert options["align"] is False
+    assert (options["smooth"], options["vertices"]) == (0.25, 600)
+    assert "eigenpairs" not in options
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("smooth", "-1"), ("smooth", "wide"), ("eigenpairs", "9"), ("vertices", "2.5")],
+)
+@in_loop
+async def test_wrong_choices_are_told_and_nothing_runs(part, name, value):
+    """Oracle: definition. Beside the field at once, and at the button."""
+    await part.ready()
+    before = len(part.jobs)
+    part.server.browser_sets(**{f"wanted_{name}": value})
+    assert list(part.state.wrong_choices) == [name]
+    await part.comparing._run()
+    assert part.state.run_problem.startswith(f"{name}: expected")
+    assert len(part.jobs) == before
+    part.server.browser_sets(**{f"wanted_{name}": ""})
+    assert part.state.wrong_choices == {}

@@ -26,6 +26,7 @@ from isovary.app._dimple_change import change_between
 from isovary.app._dimple_depth import strength_for
 from isovary.app._dimpling import Dimpling
 from isovary.app._jobs import Failed, Finished, Progress
+from isovary.app._opened_result import offer
 from isovary.app._painting import drawn
 from isovary.difference import heat_trace_scale
 from isovary.errors import ArgumentError, FileError
@@ -644,3 +645,78 @@ def test_strengths_that_are_tried_warn_of_nothing():
     """Oracle: definition. Only the dimple that is made may be doubtful."""
     with pytest.raises(ArgumentError):
         strength_for(SPHERE, NORTH, 0.6, 5.0)
+
+
+@in_loop
+async def test_a_late_fault_of_an_earlier_surface_is_not_told(part):
+    """Oracle: definition. Nor does a broken later one keep a good earlier one away."""
+    part.dimpling.enter()
+    cases = (_broken, lambda: OTHER, "b.obj"), (lambda: OTHER, _broken, "a.obj")
+    for first, second, shown in cases:
+        answer = threading.Event()
+
+        def slow(made=first, answer=answer):
+            answer.wait(30)
+            return made()
+
+        earlier = asyncio.ensure_future(part.send(slow, "a.obj"))
+        await settled()
+        await part.send(second, "b.obj")
+        answer.set()
+        await earlier
+        assert part.state.shape_name == shown
+        assert part.state.dimple_problem == ""
+        part.server.browser_sets(shape="torus")
+
+
+def _broken():
+    raise FileError("F04", "upload: expected a surface, got none")
+
+
+@pytest.mark.parametrize("name", ["change.vtu", "perturbed.vtu", "mine.obj"])
+@in_loop
+async def test_a_save_leaves_the_files_of_a_result_alone(part, monkeypatch, name):
+    """Oracle: data. Downloads are links to the reader's own files: none is written through."""
+
+    def write(_surface, _quality, folder, **_):
+        folder.mkdir(exist_ok=True)
+        (folder / "mesh.vtu").write_text("made here")
+
+    monkeypatch.setattr(_dimpling, "save_mesh", write)
+    own = part.folder / "result"
+    own.mkdir()
+    names = {name, "dimpled.vtu", "dimple.sh", "dimple.py"}
+    for each in names:
+        (own / each).write_text("the reader's own")
+    offer(own, part.folder / "out")
+    await part.send(OTHER, name)
+    (part.folder / "in" / next(iter(part.files))).write_text("sent")
+    part.dimpling.enter()
+    await part.push(EAST)
+    await part.dimpling.save()
+    assert part.state.dimple_problem == ""
+    assert {(own / each).read_text() for each in names} == {"the reader's own"}
+
+
+@in_loop
+async def test_another_surface_ends_the_comparison(part):
+    """Oracle: definition. Nobody waits for its answer: its place is free."""
+    part.dimpling.enter()
+    await part.push()
+    job = await part.compare()
+    await part.push(EAST)
+    await settled()
+    assert not job.running
+
+
+@in_loop
+async def test_a_comparison_does_not_take_words_away(part):
+    """Oracle: definition. What could not be pushed is told until something else is done."""
+    part.dimpling.enter()
+    await part.push()
+    job = await part.compare()
+    await part.push(EAST, steps=5000)
+    assert "steps" in part.state.dimple_problem
+    job.tell(Finished(norms(), 1.0))
+    await settled()
+    assert "steps" in part.state.dimple_problem

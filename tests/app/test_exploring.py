@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import threading
 from dataclasses import replace
 from typing import ClassVar
 from urllib.parse import parse_qsl
@@ -15,7 +16,7 @@ from stubs import StubGateway, StubServer, StubViews, in_loop, settings_of, sett
 from isovary.app import _exploring, _views
 from isovary.app._exploring import Exploring
 from isovary.app._group_cache import find_groups, name_of
-from isovary.app._groupings import COUNTS, group_rows, groupings, palettes
+from isovary.app._groupings import COUNTS, groupings, palettes
 from isovary.app._jobs import Failed, Finished, Progress
 from isovary.app._opened_result import open_folder
 from isovary.app._painting import paint_change, paint_groups, paint_signature
@@ -284,15 +285,14 @@ async def test_a_point_without_a_partner(part):
 
 @in_loop
 async def test_words_tell_change_noise_and_group(part):
-    """Oracle: data. Groups by rank, as in the legend; within the noise there is none."""
+    """Oracle: data. Groups by the numbers of the files; within the noise there is none."""
     opened = await part.open("noisy")
-    rows = {row["number"]: row["rank"] for row in group_rows(opened.saved, opened.groups)}
     for node in range(0, len(opened.norm), 9):
         words = part.exploring.words_at("base", opened.saved.base.points[node])
         assert words.startswith(f"node {node}: mean change ")
         kept, label = opened.saved.significant[node], opened.groups.labels[node]
         assert ("within the noise" in words) == (not kept)
-        assert words.endswith(f"group {rows[label]}" if label >= 0 else "no group")
+        assert words.endswith(f"group {label}" if label >= 0 else "no group")
 
 
 @in_loop
@@ -370,7 +370,8 @@ async def test_a_search_makes_way_and_goes_on(part):
     assert len(part.jobs) == 2
     part.jobs[1].tell(Failed("too large"))
     await settled()
-    assert part.state.count_words == "not computed: too large"
+    await part.set(factor=3.0, count=9)  # said of a count that is missing, and as long as it is
+    assert part.state.count_words == "not computed (too large); the saved ones are shown"
     await part.exploring.close()
 
 
@@ -584,3 +585,63 @@ async def test_the_last_of_quick_scenes_is_sent_once_more(monkeypatch):
         await asyncio.sleep(0.01)
     assert not views._again  # nothing more is to come
     assert [widgets[name].sent for name in NAMES] == [0, 0, 6, 1]
+
+
+@in_loop
+async def test_a_push_right_after_the_second_sending_has_one_of_its_own(monkeypatch):
+    """Oracle: definition. The second sending may be overtaken like any other."""
+    monkeypatch.setattr(_views, "_QUIET", 0.2)
+    views = Views(StubServer())
+    views._widgets = widgets = {name: Widget() for name in NAMES}
+    views.push("change")
+    views.push("change")
+    while widgets["change"].sent == 2:
+        await asyncio.sleep(0.005)
+    views.push("change")
+    assert "change" in views._again
+
+
+@in_loop
+async def test_a_start_folder_that_fails_leaves_the_reader_where_he_is(part):
+    """Oracle: definition. Its words wait in the exploring part."""
+    await part.set(part="dimple")
+    part.results["bad"] = OSError("no such file")
+    await part.exploring.open_result(part.settings.folder / "bad", reveal=False)
+    assert part.state.part == "dimple"
+    assert "no such file" in part.state.problem
+
+
+@in_loop
+async def test_an_older_result_does_not_replace_a_later_one(part, monkeypatch):
+    """Oracle: definition. The result is the one that was asked for last."""
+    asked, answer = threading.Event(), threading.Event()
+
+    def slow(folder):
+        if folder.name == part.results["lost"].saved.folder.name:
+            asked.set()
+            answer.wait(30)
+        return part.opened(folder)
+
+    monkeypatch.setattr(_exploring, "open_folder", slow)
+    first = asyncio.ensure_future(part.exploring.open_result(part.results["lost"].saved.folder))
+    await asyncio.to_thread(asked.wait, 30)
+    later = await part.open("dented")
+    answer.set()
+    await first
+    assert part.exploring._opened is later
+
+
+@in_loop
+async def test_the_words_of_a_point_follow_the_number_of_groups(part, grouped):
+    """Oracle: data. The group is that of the groups that are shown."""
+    part.keep(grouped, COUNTS)
+    opened = await part.open("dented")
+    node = int(np.nanargmax(opened.norm))
+    part.exploring.pick("base", opened.saved.base.points[node])
+    seen = set()
+    for path in grouped:
+        await part.set(count=int(path.stem.rpartition("-")[2]))
+        with np.load(path) as file:
+            seen.add(words := f"group {file['labels'][node]}")
+        assert part.state.group_words.endswith(words)
+    assert len(seen) > 1

@@ -355,3 +355,15 @@ def test_it_can_be_opened_by_a_job():
     last = asyncio.run(run())
     assert isinstance(last, Finished)
     np.testing.assert_array_equal(last.value.values, opened(water_pair()[0]).values)
+
+
+@pytest.mark.parametrize("name", ["disturbed", "charge_distribution", "redistanced"])
+def test_other_words_name_no_distance(tmp_path, name):
+    """Oracle: definition. The same samples begin at the same isovalue, and not at 0."""
+    axes = np.meshgrid(*3 * [np.linspace(-3, 3, 24)], indexing="ij")
+    values = np.exp(-sum(axis**2 for axis in axes))
+    values += 1e-4 * np.random.default_rng(0).standard_normal(values.shape)
+    for each in (name, "density"):
+        np.save(tmp_path / f"{each}.npy", values)
+    found = [opened(tmp_path / f"{each}.npy").isovalue for each in (name, "density")]
+    assert found[0] == found[1] != 0

@@ -175,7 +175,7 @@ def test_a_run_ends_with_its_result(page, tmp_path):
     until_state(page, count_words="")
     (clusters,) = dict(groupings(result, (state(page, "count"),))).values()
     rows = [
-        [str(row["rank"]), row["area"], row["change"], row["radius"]]
+        [str(row["number"]), row["area"], row["change"], row["radius"]]
         for row in legend(group_rows(result, clusters))
     ]
     until_table(page, "#legend", rows)

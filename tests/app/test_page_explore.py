@@ -180,7 +180,7 @@ def test_the_number_of_groups_moves_the_legend(page, result):
         if count not in found:
             continue
         rows = [
-            [str(row["rank"]), row["area"], row["change"], row["radius"]]
+            [str(row["number"]), row["area"], row["change"], row["radius"]]
             for row in legend(group_rows(result, found[count]))
         ]
         until_table(page, "#legend", rows)

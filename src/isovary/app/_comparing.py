@@ -92,7 +92,7 @@ class Comparing:
         change("slide")(self._slid)
         change("isovalue")(self._typed)
         change("array")(self._other_array)
-        change("wanted_smooth", "wanted_eigenpairs")(self._check_choices)
+        change("wanted_smooth", "wanted_eigenpairs", "wanted_vertices")(self._check_choices)
 
     def drawer(self) -> None:
         """Build its part of the drawer."""
@@ -120,11 +120,11 @@ class Comparing:
         await self._open(role, path, name, sent=True)
 
     async def _demo(self) -> None:
-        base, perturbed = data.water_pair()
-        await self._open("base", base, base.name)
-        await self._open("perturbed", perturbed, perturbed.name)
-        with self._state as state:
-            state.isovalue = "0.05"
+        pair = dict(zip(_ROLES, data.water_pair(), strict=True))
+        await asyncio.gather(*(self._open(role, path, path.name) for role, path in pair.items()))
+        if self._paths == pair and len(self._fields) == 2:  # nothing else was chosen meanwhile
+            with self._state as state:
+                state.isovalue = "0.05"
 
     async def _choose(self, role: Role, choice: str | None) -> None:
         """Open a file below one of the folders that the page may read."""
@@ -273,15 +273,6 @@ class Comparing:
             state.run_problem = "\n".join(state.wrong_choices.values())
             return
         options = self._options()
-        if str(state.wanted_vertices or "").strip():
-            try:
-                options["vertices"] = int(state.wanted_vertices)
-            except ValueError:
-                state.run_problem = (
-                    f"vertices: expected a whole number, got {state.wanted_vertices}; "
-                    "leave it empty and the accuracy decides"
-                )
-                return
         if len(state.arrays) > 1:
             options["array"] = state.array
         out = self._settings.folder / f"result-{self._runs}"
@@ -302,7 +293,9 @@ class Comparing:
     def _check_choices(self, **_: object) -> bool:
         """Tell what is wrong with the further choices; whether anything is."""
         state = self._state
-        state.wrong_choices = widgets.wrong_choices(state.wanted_smooth, state.wanted_eigenpairs)
+        state.wrong_choices = widgets.wrong_choices(
+            state.wanted_smooth, state.wanted_eigenpairs, state.wanted_vertices
+        )
         return bool(state.wrong_choices)
 
     def _options(self) -> dict[str, object]:
@@ -317,7 +310,9 @@ class Comparing:
         if str(state.wanted_smooth or "").strip():
             options["smooth"] = float(state.wanted_smooth)
         if str(state.wanted_eigenpairs or "").strip():
-            options["eigenpairs"] = int(float(state.wanted_eigenpairs))
+            options["eigenpairs"] = int(state.wanted_eigenpairs)
+        if str(state.wanted_vertices or "").strip():
+            options["vertices"] = int(state.wanted_vertices)
         return options
 
     async def _cancel(self) -> None:

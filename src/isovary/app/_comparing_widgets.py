@@ -50,33 +50,35 @@ def preview_words(found: Preview) -> str:
     return f"{', '.join(word for word in (parts, cut) if word)}. {found.words}".strip()
 
 
-def wrong_choices(smooth: object, eigenpairs: object) -> dict[str, str]:
-    """What cannot be in the fields of the further choices, by their names; nothing if all can.
+def wrong_choices(smooth: object, eigenpairs: object, vertices: object) -> dict[str, str]:
+    """What cannot be in the fields of the choices, by their names; nothing if all can.
 
     Examples
     --------
-    >>> wrong_choices("0.5", ""), sorted(wrong_choices("-1", "9"))
-    ({}, ['eigenpairs', 'smooth'])
+    >>> wrong_choices("0.5", "", "600"), sorted(wrong_choices("-1", "9", "2.5"))
+    ({}, ['eigenpairs', 'smooth', 'vertices'])
     """
-    width, pairs = _number(smooth, 1.0), _number(eigenpairs, 300.0)
     wrong = {}
-    if not 0 < width < inf:
+    if str(smooth or "").strip() and not 0 < _number(smooth) < inf:
         wrong["smooth"] = (
             f"smooth: expected a length above 0, got {smooth}; leave it empty for none"
         )
-    if not (_FEWEST_PAIRS <= pairs < inf and pairs % 1 == 0):
-        wrong["eigenpairs"] = (
-            f"eigenpairs: expected a whole number from {_FEWEST_PAIRS}, got {eigenpairs}; "
-            "leave it empty for 300"
-        )
+    for name, text, least, empty in (
+        ("eigenpairs", eigenpairs, _FEWEST_PAIRS, "for 300"),
+        ("vertices", vertices, 1, "and the accuracy decides"),
+    ):
+        words = str(text or "").strip()
+        if words and not (words.isascii() and words.isdigit() and int(words) >= least):
+            wrong[name] = (
+                f"{name}: expected a whole number from {least}, got {text}; leave it empty {empty}"
+            )
     return wrong
 
 
-def _number(text: object, empty: float) -> float:
-    """The number in a field, or what an empty one stands for; NaN for other text."""
-    words = str(text or "").strip()
+def _number(text: object) -> float:
+    """The number in a field; NaN for other text."""
     try:
-        return float(words) if words else empty
+        return float(str(text))
     except ValueError:
         return nan
 
@@ -167,8 +169,9 @@ def _options() -> None:
         v3.VTextField(
             label="Vertices (empty: by accuracy)",
             v_model=("wanted_vertices",),
+            error_messages=("wrong_choices.vertices",),
             density="compact",
-            hide_details=True,
+            hide_details="auto",
             variant="outlined",
             classes="mt-2",
             id="wanted_vertices",

@@ -68,6 +68,8 @@ def strength_for(
         if abs(found - depth) <= _CLOSE * depth:
             return alpha
         low, high = (alpha, high) if found < depth else (low, alpha)
+        if high - low < _CLOSE * high:
+            break  # it jumps past the depth: there triangles turn over
     raise ArgumentError(
         "A02",
         f"depth: expected a length that a projectile reaches here, got {depth:g}; take a larger "

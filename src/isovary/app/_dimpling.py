@@ -90,7 +90,9 @@ class Dimpling:
         self._history: DimpleHistory | None = None
         self._norm: Floats | None = None
         self._sent: tuple[Path, str] | None = None
-        self._asked = 0  # surfaces so far, by which a slow one knows that it comes too late
+        self._asked = self._taken = 0  # surfaces: a slow one knows that it comes too late
+        self._pushing = asyncio.Lock()  # warnings are caught for all threads: one push at a time
+        self._disc_problem = ""
         self._state.update(_START)
         server.state.change("shape")(self._begin)
         server.state.change("radius")(lambda **_: self._mark_disc())
@@ -118,13 +120,16 @@ class Dimpling:
         try:
             surface, notes = await asyncio.to_thread(_read_noted, path)
         except IsovaryError as error:
-            with self._state as state:
-                state.dimple_problem = str(error).replace(str(path), name)
+            if asked > self._taken:
+                with self._state as state:
+                    state.dimple_problem = str(error).replace(str(path), name)
             return
-        if asked != self._asked:
+        if asked < self._taken:
             return  # another surface was taken meanwhile
+        self._taken = asked
         plain = re.sub(r"[^A-Za-z0-9._-]", "_", name)
-        self._sent = path, f"start-{plain}" if plain in _SAVED else plain
+        used = plain in _SAVED or (self._settings.folder / "out" / plain).exists()
+        self._sent = path, f"start-{plain}" if used else plain
         with self._state as state:
             state.shape, state.shape_name = "", name
             self._open(surface, [str(path)], notes)
@@ -155,12 +160,14 @@ class Dimpling:
         try:
             if flight["steps"] > _MOST_STEPS:
                 raise ArgumentError("A02", f"steps: expected at most {_MOST_STEPS}")
-            if str(state.depth or "").strip():
-                aim = partial(strength_for, history.current, center, radius, _length(state.depth))
-                alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
-            if self._history is history:
-                state.alpha = alpha
-                self._take(history.push(center, radius, alpha=alpha, **flight))
+            async with self._pushing:
+                if str(state.depth or "").strip():
+                    length = _length(state.depth)
+                    aim = partial(strength_for, history.current, center, radius, length)
+                    alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
+                if self._history is history:
+                    state.alpha = alpha
+                    self._take(history.push(center, radius, alpha=alpha, **flight))
         except IsovaryError as error:
             if self._history is history:
                 state.dimple_problem = str(error)
@@ -227,11 +234,14 @@ class Dimpling:
         )
         mesh, shell, script = (out / name for name in _SAVED)
         (folder / "mesh.vtu").replace(mesh)
+        for path in (shell, script):
+            path.unlink(missing_ok=True)  # it may be a link to a file of a result
         shell.write_text(self._told(command(history)), encoding="utf-8")
         script.write_text(self._told(python_script(history)), encoding="utf-8")
         names = list(_SAVED)
         if history.words[0] not in SHAPES and self._sent is not None:
             path, name = self._sent
+            (out / name).unlink(missing_ok=True)
             shutil.copy2(path, out / name)
             names.append(name)
         return [{"name": name, "size": size(out / name)} for name in names]
@@ -246,6 +256,7 @@ class Dimpling:
         shape = self._state.shape
         if self._state.part == "dimple" and shape in SHAPES:
             self._asked += 1
+            self._taken = self._asked
             self._state.shape_name = ""
             self._open(SHAPES[shape](4, 2), [shape])
 
@@ -263,6 +274,9 @@ class Dimpling:
     def _take(self, history: DimpleHistory) -> None:
         self._history, self._norm = history, None
         state = self._state
+        if state.comparing_dimple:
+            self._work.stop()
+            self._exploring.find_groups()
         state.dimple_notes = list(history.notes)
         state.comparing_dimple = False  # what is compared is not this surface
         state.can_undo, state.can_redo = history.can_undo, history.can_redo
@@ -331,7 +345,8 @@ class Dimpling:
                 lines, problem = disc(history.current, state.center, float(state.radius)), ""
             except IsovaryError as error:
                 lines, problem = (), str(error)
-            state.dimple_problem = problem
+            if problem or state.dimple_problem == self._disc_problem:
+                state.dimple_problem = self._disc_problem = problem
             if lines:
                 strokes = np.concatenate(
                     [np.stack([line[:-1], line[1:]], axis=1) for line in lines]

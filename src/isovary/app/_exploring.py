@@ -74,7 +74,8 @@ class Exploring:
         self._state, self._views = server.state, views
         self._settings, self._work = settings, Work(turns)
         self._opened: OpenedResult | None = None
-        self._saved = 0
+        self._saved, self._asked = 0, 0
+        self._why_missing = ""
         self._groups: dict[int, Clusters] = {}
         self._palettes: dict[int, Floats] = {}
         self._rows: dict[int, list[dict[str, Any]]] = {}
@@ -103,12 +104,17 @@ class Exploring:
 
     async def open_result(self, folder: Path, reveal: bool = True) -> None:
         """Read a folder and show it, in place of another part of the page only if it should."""
+        self._asked += 1
+        asked = self._asked
         try:
             opened = await asyncio.to_thread(open_folder, folder)
+            if asked != self._asked:
+                return  # another result was asked for meanwhile
             files = await asyncio.to_thread(offer, folder, self._settings.folder / "out")
-        except (IsovaryError, OSError, KeyError) as error:
+        except (IsovaryError, OSError, LookupError, TypeError, ValueError) as error:
             with self._state as state:
-                state.part, state.problem = "explore", f"{folder.name} cannot be shown: {error}"
+                state.part = "explore" if reveal else state.part
+                state.problem = f"{folder.name} cannot be shown: {error}"
             self.find_groups()  # of the result that stays
             return
         await self._work.cancel()
@@ -132,6 +138,7 @@ class Exploring:
         take(None)
         if not set(COUNTS) <= set(self._groups):
             arguments = opened.saved.folder, cache
+            self._why_missing = ""
             self._work.start(find_groups, arguments, done=take, progress=take, failed=self._no_more)
 
     async def pause(self) -> None:
@@ -176,8 +183,7 @@ class Exploring:
         label, norm = int(self._clusters.labels[node]), float(self._now.norm[node])
         if not np.isfinite(norm):
             return "no partner, change unknown"
-        ranks = {row["number"]: row["rank"] for row in self._legend()}
-        group = f"group {ranks[label]}" if label in ranks else "no group"
+        group = "no group" if label < 0 else f"group {label}"
         kept = "" if self._now.saved.significant[node] else ", within the noise"
         return f"mean change {percent(norm)}{kept}, {group}"
 
@@ -279,8 +285,12 @@ class Exploring:
                 keys[name] = self._key(name, painted.legend)
             self._state.keys = keys
             self._tell()
-            if "base" in names and self._state.node >= 0:
-                self._tell_curves(int(self._state.node))
+            node = int(self._state.node)
+            if "base" in names and node >= 0:
+                self._tell_curves(node)
+            if "groups" in names:
+                self._state.hover_words = ""
+                self._state.group_words = self._words_of(node) if node >= 0 else ""
             self._views.push(*names)
 
     def _tell(self) -> None:
@@ -310,7 +320,7 @@ class Exploring:
 
     def _tell_count(self) -> None:
         ready, running = int(self._state.count) in self._groups, self._work.running
-        missing = "still being computed" if running else "not computed"
+        missing = "still being computed" if running else self._why_missing or "not computed"
         self._state.count_words = "" if ready else f"{missing}; the saved ones are shown"
 
     def _legend(self) -> list[dict[str, Any]]:
@@ -325,7 +335,7 @@ class Exploring:
         """A view's colour key: its bar, and what the plain colours mean."""
         rows = self._legend() if name == "groups" else []
         patches = [
-            {"color": row["color"], "words": f"{row['rank']}: {row['area']}"} for row in rows
+            {"color": row["color"], "words": f"{row['number']}: {row['area']}"} for row in rows
         ]
         plain = ((NEUTRAL, legend.neutral), (UNKNOWN, legend.unknown))
         patches += [{"color": color, "words": words} for color, words in plain if words]
@@ -345,8 +355,9 @@ class Exploring:
                 self._tell()
 
     def _no_more(self, message: str) -> None:
-        with self._state as state:
-            state.count_words = f"not computed: {message}"
+        self._why_missing = f"not computed ({message})"
+        with self._state:
+            self._tell_count()
 
     def _tell_node(self, node: int) -> None:
         if self._opened is None or not 0 <= node < len(self._opened.norm):

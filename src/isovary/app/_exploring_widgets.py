@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,11 @@ def facts(result: SavedResult) -> list[dict[str, str]]:
     choices, summary = result.choices, result.summary
     share = float(result.significant[result.known].mean()) if result.known.any() else 0.0
     missing = 1.0 - float(result.found.mean())
-    rows = [
-        ("Field", str(choices.get("field", ""))),
+    rows = [("Field", str(choices.get("field", "")))]
+    files = choices.get("files", [])
+    if isinstance(files, list) and len(files) > 1:  # the base, members of a way, the perturbed
+        rows += [("Base", _file_words(files[0])), ("Perturbed", _file_words(files[-1]))]
+    rows += [
         ("Isovalue", f"{float(choices.get('isovalue', summary.get('isovalue', 0))):g}"),
         ("Mesh", f"{len(result.base.points)} nodes, order {result.base.order}"),
         ("Signature", f"{result.kind.title}, {len(result.columns)} columns"),
@@ -31,6 +35,12 @@ def facts(result: SavedResult) -> list[dict[str, str]]:
     if missing > 0:
         rows.append(("Without a partner", f"{percent(missing)} of the nodes"))
     return [{"name": name, "value": value} for name, value in rows]
+
+
+def _file_words(file: dict[str, Any]) -> str:
+    """A field's file by its name, and the array where it has a name of its own."""
+    array = str(file.get("array") or "")
+    return f"{Path(str(file['path'])).name}{f', {array}' if array else ''}"
 
 
 def headline(result: SavedResult) -> str:
@@ -59,7 +69,6 @@ def legend(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return [
         {
             "number": row["number"],
-            "rank": row["rank"],
             "color": row["color"],
             "area": percent(row["area_percent"] / 100),
             "change": f"{row['change_percent']:+.2g} %",
@@ -156,7 +165,7 @@ def _groups(counts: Sequence[int]) -> None:
             with html.Tbody(), html.Tr(v_for="row in legend", key="row.number"):
                 with html.Td():
                     html.Span(classes="iso-patch", style=("{background: row.color}",))
-                    html.Span(" {{ row.rank }}")
+                    html.Span(" {{ row.number }}")
                 html.Td("{{ row.area }}")
                 html.Td("{{ row.change }}")
                 html.Td("{{ row.radius }}")

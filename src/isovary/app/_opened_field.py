@@ -30,7 +30,7 @@ _MOST_STUDIED = 2**20  # whose gradient is looked at
 _LARGE = 1000.0  # faces of a cell, the area of an isosurface worth suggesting
 _MOST_COUNTED = 200_000  # triangles whose components are counted
 _CLEAR = 0.01  # part of the range by which a signed distance is beyond 0 on both sides
-_DISTANCE = re.compile(r"dist|sdf|level[ _-]?set", re.IGNORECASE)
+_DISTANCE = re.compile(r"(?<![a-z])(dist|distance|sdf|level[ _-]?set)(?![a-z])", re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +321,8 @@ def _is_signed_distance(name: str, values: NDArray[Any], histogram: _Histogram) 
     if not low < 0 < high:
         return False
     least = _CLEAR * (high - low)
-    return bool(_DISTANCE.search(name)) or (low <= -least and _border(values)[0] >= least)
+    both = low <= -least and high >= least
+    return both and (bool(_DISTANCE.search(name)) or bool(_border(values)[0] >= least))
 
 
 def _suggested(values: NDArray[Any], spacing: Floats, histogram: _Histogram) -> tuple[float, str]:

@@ -82,17 +82,16 @@ class Page:
             await part.close()
 
     async def _begin(self, **_: object) -> None:
-        if self._settings.result is not None:
-            try:
+        try:
+            if self._settings.result is not None:
                 await self.exploring.open_result(self._settings.result, reveal=False)
-            finally:
-                with self._state:
-                    self._state.opening = False
-        else:
+        finally:
             with self._state:
-                self._state.part = "compare"
-        with suppress(ConnectionError):  # the gateway has gone, and the session goes, too
-            await self._send(shown=True)
+                self._state.opening = False
+                if self._settings.result is None:
+                    self._state.part = "compare"
+            with suppress(ConnectionError):  # the gateway has gone, and the session goes, too
+                await self._send(shown=True)
 
     def _darken(self, dark: bool, **_: object) -> None:
         self._views.dark(bool(dark))

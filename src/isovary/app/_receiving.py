@@ -13,6 +13,7 @@ from typing import BinaryIO, TypeVar
 from urllib.parse import unquote
 
 from aiohttp import BodyPartReader, web
+from aiohttp.http_exceptions import BadHttpMessage
 
 from ..errors import IsovaryError
 from ._locks import Refused
@@ -121,7 +122,7 @@ async def _soon(awaited: Awaitable[_T]) -> _T:
         return await asyncio.wait_for(awaited, _PATIENCE)
     except TimeoutError:
         raise Refused(408, "the file stopped coming") from None
-    except (ValueError, AssertionError, RuntimeError):  # as aiohttp says that a form is broken
+    except (ValueError, AssertionError, RuntimeError, BadHttpMessage):  # how aiohttp says it
         raise Refused(400, "the form is broken") from None
 
 

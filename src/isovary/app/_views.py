@@ -14,7 +14,7 @@ from ._html import also
 from ._scene import Mesh, Scene, camera_at, describe_plainly
 
 NAMES = ("base", "perturbed", "change", "groups")
-_QUIET = 0.4  # seconds after which no array of an older scene is under way
+_QUIET = 0.4  # seconds after which arrays of older scenes have come, as a rule
 
 PRESETS: dict[str, tuple[Floats, Floats]] = {
     "+x": (np.array([1.0, 0, 0]), np.array([0.0, 0, 1])),
@@ -120,6 +120,7 @@ class Views:
 
     def _send_again(self, name: str) -> None:
         del self._again[name]
+        self._sent[name] = asyncio.get_running_loop().time()
         self._widgets[name].update()
 
     def place(self, event: dict[str, Any] | None) -> Floats | None:

@@ -56,8 +56,7 @@ class Work:
         first : async callable, optional
             Called before it asks for its place.
         """
-        if self._task is not None:
-            self._task.cancel()
+        self.stop()
 
         async def run() -> None:
             try:
@@ -75,10 +74,15 @@ class Work:
 
         self._task = asyncio.ensure_future(run())
 
-    async def cancel(self) -> None:
-        """End what runs; returns when it has ended."""
+    def stop(self) -> None:
+        """Begin to end what runs."""
         if self._task is not None:
             self._task.cancel()
+
+    async def cancel(self) -> None:
+        """End what runs; returns when it has ended."""
+        self.stop()
+        if self._task is not None:
             await asyncio.wait({self._task})
 
 

@@ -67,6 +67,9 @@ def view_result(
         )
     if not 0 <= port <= 65535:
         raise ArgumentError("A02", f"port: expected 0 to 65535, got {port}")
+    for name, count in (("sessions", sessions), ("jobs", jobs)):
+        if count < 1:
+            raise ArgumentError("A02", f"{name}: expected 1 or more, got {count}")
     settings = GatewaySettings(
         token=new_token(),
         host=host,

@@ -63,18 +63,22 @@ def write_folder(out: str | os.PathLike[str]) -> Iterator[Path]:
     target = check_output(out)
     token = secrets.token_hex(6)
     temporary = target.parent / f".{target.name}.{token}.part"
+    moving = False
     try:
         _make(temporary)
         yield temporary
         _sync(temporary)
-    except BaseException as error:  # also SystemExit, at any moment
+        moving = True
+        _move(temporary, target, target.parent / f".{target.name}.{token}.old")
+    except BaseException as error:  # also SystemExit, wherever it comes
+        if moving and isinstance(error, RunError):
+            raise  # it names the folder that is kept
         shutil.rmtree(temporary, ignore_errors=True)
         if isinstance(error, OSError) and error.errno in _FULL:
             raise RunError(
                 "W06", f"{target}: expected room on the disk, got: {error.strerror}; free some"
             ) from error
         raise
-    _move(temporary, target, target.parent / f".{target.name}.{token}.old")
 
 
 def stop(number: int, _frame: object) -> None:
@@ -83,9 +87,10 @@ def stop(number: int, _frame: object) -> None:
     Parameters
     ----------
     number : int
-        The signal's number, which is ignored from then on: nothing may stop the cleaning up.
+        The signal's number. It and Ctrl-C are ignored from then on, while things are cleaned up.
     """
-    signal.signal(number, signal.SIG_IGN)
+    for ignored in (number, signal.SIGINT):
+        signal.signal(ignored, signal.SIG_IGN)
     sys.exit(128 + number)
 
 
@@ -176,16 +181,14 @@ def _move(temporary: Path, target: Path, aside: Path) -> None:
         if target.exists():
             target.rename(aside)
         temporary.rename(target)
-    except BaseException as error:
-        if aside.exists() and not target.exists():
-            aside.rename(target)
-        if isinstance(error, OSError):
-            raise RunError(
-                "W07", f"{target}: expected to move the result there, got: {error.strerror}{kept}"
-            ) from None
-        shutil.rmtree(temporary, ignore_errors=True)
-        raise
+    except OSError as error:
+        raise RunError(
+            "W07", f"{target}: expected to move the result there, got: {error.strerror}{kept}"
+        ) from None
     finally:
-        if target.exists():
+        if temporary.exists():  # it did not arrive
+            if aside.exists() and not target.exists():
+                aside.rename(target)
+        else:
             _sync_entries(target.parent)
             shutil.rmtree(aside, ignore_errors=True)

@@ -287,9 +287,10 @@ def _append(block: Floats, basis: Floats, mass: RowPieces) -> tuple[Floats, Floa
     length = np.sqrt(np.maximum(square, 0.0))
     kept = length > _RANK_TOLERANCE * scale
     inverse, remainder = directions / np.where(kept, length, 1.0), length[:, None] * directions.T
-    if length.min() < _UNEVEN * length.max():  # the square of that is lost: orthonormalize again
+    weak = length.min() < _WEAK * scale or not kept.all()
+    if weak or length.min() < _UNEVEN * length.max():  # its square is lost: orthonormalize again
         block, image = times(block, inverse), times(image, inverse)
-        if length.min() < _WEAK * scale:
+        if weak:
             rng = np.random.default_rng(_SEED + basis.shape[1])
             block[:, ~kept] = rng.standard_normal((len(block), int((~kept).sum())))
             remainder[~kept] = 0.0
