@@ -15,6 +15,7 @@ from stubs import StubGateway, StubServer, StubViews, in_loop, settings_of, sett
 
 from isovary.app import _exploring, _views
 from isovary.app._exploring import Exploring
+from isovary.app._exploring_widgets import facts
 from isovary.app._group_cache import find_groups, name_of
 from isovary.app._groupings import COUNTS, groupings, palettes
 from isovary.app._jobs import Failed, Finished, Progress
@@ -645,3 +646,18 @@ async def test_the_words_of_a_point_follow_the_number_of_groups(part, grouped):
             seen.add(words := f"group {file['labels'][node]}")
         assert part.state.group_words.endswith(words)
     assert len(seen) > 1
+
+
+def test_the_files_are_named(results):
+    """Oracle: definition. By their names, and by the array where it is not the field's own."""
+    saved = results["noisy"].saved
+    files = [
+        {"path": "/a/first.vti", "array": "rho"},
+        {"path": "m"},
+        {"path": "/b/s.npz", "array": "q[2]"},
+    ]
+    told = replace(saved, summary=saved.summary | {"choices": {"field": "rho", "files": files}})
+    rows = {row["name"]: row["value"] for row in facts(told)}
+    assert (rows["Base"], rows["Perturbed"]) == ("first.vti", "s.npz, q[2]")
+    without = replace(saved, summary=saved.summary | {"choices": {"field": "rho"}})
+    assert "Base" not in {row["name"] for row in facts(without)}

@@ -25,7 +25,10 @@ def facts(result: SavedResult) -> list[dict[str, str]]:
     rows = [("Field", str(choices.get("field", "")))]
     files = choices.get("files", [])
     if isinstance(files, list) and len(files) > 1:  # the base, members of a way, the perturbed
-        rows += [("Base", _file_words(files[0])), ("Perturbed", _file_words(files[-1]))]
+        field = str(choices.get("field", ""))
+        rows += [
+            (r, _file_words(f, field)) for r, f in (("Base", files[0]), ("Perturbed", files[-1]))
+        ]
     rows += [
         ("Isovalue", f"{float(choices.get('isovalue', summary.get('isovalue', 0))):g}"),
         ("Mesh", f"{len(result.base.points)} nodes, order {result.base.order}"),
@@ -37,10 +40,10 @@ def facts(result: SavedResult) -> list[dict[str, str]]:
     return [{"name": name, "value": value} for name, value in rows]
 
 
-def _file_words(file: dict[str, Any]) -> str:
-    """A field's file by its name, and the array where it has a name of its own."""
-    array = str(file.get("array") or "")
-    return f"{Path(str(file['path'])).name}{f', {array}' if array else ''}"
+def _file_words(file: dict[str, Any], field: str) -> str:
+    """A field's file by its name, and the array where that is not the field's name."""
+    array = str(file.get("array") or field)
+    return Path(str(file.get("path", ""))).name + ("" if array == field else f", {array}")
 
 
 def headline(result: SavedResult) -> str:
