@@ -575,9 +575,11 @@ async def test_a_depth_is_pushed_where_it_was_asked_for(part, monkeypatch):
     monkeypatch.setattr(_dimpling, "strength_for", slow)
     pushing = asyncio.ensure_future(part.push(NORTH, depth="0.05"))
     await asyncio.to_thread(asked.wait, 30)
+    assert part.state.deforming
     part.dimpling.pick(EAST)
     answer.set()
     await pushing
+    assert not part.state.deforming
     assert part.shows(pushed(SPHERE, NORTH))
 
 

@@ -6,7 +6,8 @@ import asyncio
 import os
 import re
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -59,6 +60,8 @@ _START: dict[str, Any] = {
     "dimple_command": "",
     "dimple_files": [],
     "comparing_dimple": False,
+    "deforming": False,
+    "saving": False,
     "dimple_stage": "",
     "dimple_notes": [],
 }
@@ -160,17 +163,29 @@ class Dimpling:
         try:
             if flight["steps"] > _MOST_STEPS:
                 raise ArgumentError("A02", f"steps: expected at most {_MOST_STEPS}")
-            async with self._pushing:
-                if str(state.depth or "").strip():
-                    length = _length(state.depth)
-                    aim = partial(strength_for, history.current, center, radius, length)
-                    alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
-                if self._history is history:
-                    state.alpha = alpha
-                    self._take(history.push(center, radius, alpha=alpha, **flight))
+            with self._busy("deforming"):
+                async with self._pushing:
+                    if str(state.depth or "").strip():
+                        length = _length(state.depth)
+                        aim = partial(strength_for, history.current, center, radius, length)
+                        alpha = float(f"{await asyncio.to_thread(aim, **flight):.4g}")
+                    if self._history is history:
+                        state.alpha = alpha
+                        self._take(history.push(center, radius, alpha=alpha, **flight))
         except IsovaryError as error:
             if self._history is history:
                 state.dimple_problem = str(error)
+
+    @contextmanager
+    def _busy(self, button: str) -> Iterator[None]:
+        """Let a button show that its work is under way."""
+        with self._state as state:
+            state[button] = True
+        try:
+            yield
+        finally:
+            with self._state as state:
+                state[button] = False
 
     def undo(self) -> None:
         """Take the last dimple back."""
@@ -211,7 +226,8 @@ class Dimpling:
         if history is None:
             return
         try:
-            files = await asyncio.to_thread(self._write, history)
+            with self._busy("saving"):
+                files = await asyncio.to_thread(self._write, history)
         except (IsovaryError, OSError) as error:
             self._state.dimple_problem = str(error)
             return

@@ -69,7 +69,15 @@ def _slider(name: str, words: str, low: float, high: float | str, step: float) -
 def _history(part: Dimpling) -> None:
     with html.Div(classes="iso-section"):
         with html.Div(classes="iso-buttons"):
-            _button("Deform", part.deform, "!center", "deform", color="primary", variant="flat")
+            _button(
+                "Deform",
+                part.deform,
+                "!center",
+                "deform",
+                color="primary",
+                variant="flat",
+                loading=("deforming",),
+            )
             _button("Undo", part.undo, "!can_undo", "undo")
             _button("Redo", part.redo, "!can_redo", "redo")
             _button("Compare", part.compare, "!can_undo || comparing_dimple", "compare_dimple")
@@ -93,7 +101,7 @@ def _history(part: Dimpling) -> None:
         problem("dimple_problem")
 
 
-def _button(words: str, click: Any, disabled: str, name: str, **looks: str) -> None:
+def _button(words: str, click: Any, disabled: str, name: str, **looks: Any) -> None:
     given = {"size": "small", "variant": "tonal"} | looks
     v3.VBtn(words, click=click, disabled=(disabled,), id=name, **given)
 
@@ -101,7 +109,7 @@ def _button(words: str, click: Any, disabled: str, name: str, **looks: str) -> N
 def _files(part: Dimpling) -> None:
     with html.Div(classes="iso-section", style="padding-bottom: 20px", v_show=("pushes",)):
         html.H2("Save")
-        _button("Save", part.save, "!pushes", "save_dimple")
+        _button("Save", part.save, "!pushes", "save_dimple", loading=("saving",))
         downloads("dimple_files")
         html.Div("The same from the command line:", classes="iso-quiet mt-2")
         html.Pre("{{ dimple_command }}", classes="iso-code", id="dimple_command")
