@@ -103,6 +103,12 @@ def part(tmp_path, monkeypatch):
     return Part(tmp_path, monkeypatch)
 
 
+def made_here(_surface, _quality, folder, **_):
+    """What save_mesh leaves, without a mesh."""
+    folder.mkdir(exist_ok=True)
+    (folder / "mesh.vtu").write_text("made here")
+
+
 def pushed(surface=SPHERE, center=NORTH, radius=0.6, **numbers):
     nearest = surface.points[np.linalg.norm(surface.points - center, axis=1).argmin()]
     return iv.dimple(surface, nearest, radius, **numbers)
@@ -422,12 +428,7 @@ async def test_what_is_saved_is_what_is_shown(part, monkeypatch):
 @in_loop
 async def test_what_was_sent_is_saved_with_the_rest(part, monkeypatch):
     """Oracle: definition. The command reads a file of that name, so it is offered beside it."""
-
-    def write(_surface, _quality, folder, **_):
-        folder.mkdir(exist_ok=True)
-        (folder / "mesh.vtu").write_text("a grid")
-
-    monkeypatch.setattr(_dimpling, "save_mesh", write)
+    monkeypatch.setattr(_dimpling, "save_mesh", made_here)
     await part.send(OTHER, "my surface.obj")
     (part.folder / "in" / next(iter(part.files))).write_text("o mine")
     part.dimpling.enter()
@@ -604,12 +605,7 @@ async def test_deform_pressed_twice(part, monkeypatch):
 @in_loop
 async def test_a_surface_sent_under_the_results_name_does_not_replace_it(part, monkeypatch):
     """Oracle: definition. A saved result sent again, to go on, is not what is saved."""
-
-    def write(_surface, _quality, folder, **_):
-        folder.mkdir(exist_ok=True)
-        (folder / "mesh.vtu").write_text("made here")
-
-    monkeypatch.setattr(_dimpling, "save_mesh", write)
+    monkeypatch.setattr(_dimpling, "save_mesh", made_here)
     await part.send(OTHER, "dimpled.vtu")
     (part.folder / "in" / next(iter(part.files))).write_text("sent")
     part.dimpling.enter()
@@ -679,12 +675,7 @@ def _broken():
 @in_loop
 async def test_a_save_leaves_the_files_of_a_result_alone(part, monkeypatch, name):
     """Oracle: data. Downloads are links to the reader's own files: none is written through."""
-
-    def write(_surface, _quality, folder, **_):
-        folder.mkdir(exist_ok=True)
-        (folder / "mesh.vtu").write_text("made here")
-
-    monkeypatch.setattr(_dimpling, "save_mesh", write)
+    monkeypatch.setattr(_dimpling, "save_mesh", made_here)
     own = part.folder / "result"
     own.mkdir()
     names = {name, "dimpled.vtu", "dimple.sh", "dimple.py"}
