@@ -661,3 +661,35 @@ def test_the_files_are_named(results):
     assert (rows["Base"], rows["Perturbed"]) == ("first.vti", "s.npz, q[2]")
     without = replace(saved, summary=saved.summary | {"choices": {"field": "rho"}})
     assert "Base" not in {row["name"] for row in facts(without)}
+
+
+@in_loop
+async def test_the_title_is_that_of_the_groups_that_are_shown(part):
+    """Oracle: definition. Until those asked for are there, the saved ones are counted."""
+    opened = await part.open("dented")
+    saved = len(opened.groups.centers)
+    await part.set(count=12)
+    assert part.state.titles["groups"] == f"{saved} groups of like change"
+
+
+@in_loop
+async def test_a_search_that_makes_way_is_said_to_be_none(part):
+    """Oracle: definition. Nobody computes what is missing while another run has the place."""
+    await part.open("dented")
+    await part.set(count=12)
+    assert part.state.count_words.startswith("still being computed")
+    await part.exploring.pause()
+    assert part.state.count_words.startswith("not computed")
+
+
+@in_loop
+async def test_the_page_knows_which_views_are_filled():
+    """Oracle: definition. A view without a surface says why; one with a surface shows it."""
+    server = StubServer()
+    views = Views(server)
+    colors = np.zeros((len(mesh().triangles), 3), dtype=np.uint8)
+    for name in ("change", "base"):
+        views.show(name, mesh(), colors)
+    assert server.state.filled == ["base", "change"]
+    views.clear("base")
+    assert server.state.filled == ["change"]
