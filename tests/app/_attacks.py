@@ -142,6 +142,7 @@ SESSIONS = [
     Attack("more sessions than allowed", 503, "GET /"),
 ]
 # Uploads
+FORM = {**OWN, "Content-Type": "multipart/form-data; boundary=b"}
 UPLOADS = [
     Attack("Content-Length above the limit", 413, POST, {**OWN, "Content-Length": "100001"}),
     Attack("an immense Content-Length", 413, POST, {**OWN, "Content-Length": "9" * 18}),
@@ -174,10 +175,24 @@ UPLOADS = [
         "a form that is none",
         400,
         POST,
-        {**OWN, "Content-Type": "multipart/form-data; boundary=b"},
+        FORM,
         b"no boundary at all",
     ),
     Attack("a form without boundary", 400, POST, {**OWN, "Content-Type": "multipart/x"}, b"x"),
+    Attack(
+        "a form whose part has an immense header",
+        400,
+        POST,
+        FORM,
+        b"--b\r\nX: " + b"x" * 60_000 + b"\r\n\r\nx\r\n--b--\r\n",
+    ),
+    Attack(
+        "a form whose part has a hundred headers",
+        400,
+        POST,
+        FORM,
+        b"--b\r\n" + b"X: y\r\n" * 200 + b"\r\nx\r\n--b--\r\n",
+    ),
 ]
 # Requests that two readers could understand differently, or that are too much
 SHAPES = [
