@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import logging
+import threading
 
 import numpy as np
 from trame_server.state import State
@@ -53,6 +54,18 @@ async def settled():
     """Let everything run that waits for nothing but its turn in the loop."""
     for _ in range(50):
         await asyncio.sleep(0)
+
+
+def held(result):
+    """A function that answers when it is let go; when it was asked, and the leave to answer."""
+    asked, answer = threading.Event(), threading.Event()
+
+    def slow(*_, **__):
+        asked.set()
+        answer.wait(PATIENCE)
+        return result
+
+    return slow, asked, answer
 
 
 class StubServer:

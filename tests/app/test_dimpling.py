@@ -14,6 +14,7 @@ from stubs import (
     StubGateway,
     StubServer,
     StubViews,
+    held,
     in_loop,
     settings_of,
     settled,
@@ -366,13 +367,7 @@ async def test_a_depth_found_late_moves_no_other_surface(part, monkeypatch, way)
     """Oracle: definition. The surface that it was asked for is not there any more."""
     part.dimpling.enter()
     await part.push()
-    asked, answer = threading.Event(), threading.Event()
-
-    def slow(*_, **__):
-        asked.set()
-        answer.wait(30)
-        return 5.0
-
+    slow, asked, answer = held(5.0)
     monkeypatch.setattr(_dimpling, "strength_for", slow)
     pushing = asyncio.ensure_future(part.push(EAST, depth="0.05"))
     await asyncio.to_thread(asked.wait, 30)
@@ -527,13 +522,7 @@ async def test_cancel_while_the_dimples_comparison_begins(part, monkeypatch):
 async def test_a_slower_earlier_surface_does_not_replace_a_later_one(part):
     """Oracle: definition. The surface is the one that was sent last."""
     part.dimpling.enter()
-    asked, answer = threading.Event(), threading.Event()
-
-    def slow():
-        asked.set()
-        answer.wait(30)
-        return TORUS
-
+    slow, asked, answer = held(TORUS)
     first = asyncio.ensure_future(part.send(slow, "slow.obj"))
     await asyncio.to_thread(asked.wait, 30)
     await part.send(OTHER, "later.obj")
@@ -547,13 +536,7 @@ async def test_a_slower_earlier_surface_does_not_replace_a_later_one(part):
 async def test_a_slower_surface_does_not_replace_a_shape_chosen_later(part):
     """Oracle: definition. The surface is the one that was sent last."""
     part.dimpling.enter()
-    asked, answer = threading.Event(), threading.Event()
-
-    def slow():
-        asked.set()
-        answer.wait(30)
-        return OTHER
-
+    slow, asked, answer = held(OTHER)
     first = asyncio.ensure_future(part.send(slow, "slow.obj"))
     await asyncio.to_thread(asked.wait, 30)
     part.server.browser_sets(shape="torus")
@@ -566,13 +549,7 @@ async def test_a_slower_surface_does_not_replace_a_shape_chosen_later(part):
 async def test_a_depth_is_pushed_where_it_was_asked_for(part, monkeypatch):
     """Oracle: definition. A click while the strength is sought is for the next dimple."""
     part.dimpling.enter()
-    asked, answer = threading.Event(), threading.Event()
-
-    def slow(*_, **__):
-        asked.set()
-        answer.wait(30)
-        return 5.0
-
+    slow, asked, answer = held(5.0)
     monkeypatch.setattr(_dimpling, "strength_for", slow)
     pushing = asyncio.ensure_future(part.push(NORTH, depth="0.05"))
     await asyncio.to_thread(asked.wait, 30)
