@@ -12,7 +12,7 @@ from conftest import ELLIPSOID_ISOVALUE, ellipsoid_field
 from cyclopts import CycloptsError
 
 import isovary as iv
-from isovary.cli import app
+from isovary.cli import app, view_result
 from isovary.cli._compare import _part
 
 
@@ -63,6 +63,21 @@ def test_a_whole_number_is_not_cut(command, option, value):
         words += ["--isovalue", "1", "-o", "out"]
     with pytest.raises(CycloptsError, match=f"--{option}: expected a whole number.*{value}"):
         app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"port": 65536}, "port: expected 0 to 65535, got 65536"),
+        ({"sessions": 0}, "sessions: expected 1 or more, got 0"),
+        ({"jobs": -1}, "jobs: expected 1 or more, got -1"),
+    ],
+)
+def test_a_page_that_could_serve_nobody_is_not_started(given, words):
+    """Oracle: definition. Told before a server runs."""
+    with pytest.raises(iv.ArgumentError, match=words) as caught:
+        view_result(**given, browser=False)
+    assert caught.value.code == "A02"
 
 
 @pytest.mark.parametrize(("text", "part"), [("5%", 0.05), ("0.05", 0.05), (" 2.5 %", 0.025)])

@@ -61,15 +61,7 @@ def view_result(
             f"isovary view: expected the package {error.name}, got none; "
             "install it with: pip install 'isovary[app]'",
         ) from error
-    if result is not None and not result.is_dir():
-        raise FileError(
-            "F01", f"{result}: expected a folder that isovary compare wrote, got none; see --out"
-        )
-    if not 0 <= port <= 65535:
-        raise ArgumentError("A02", f"port: expected 0 to 65535, got {port}")
-    for name, count in (("sessions", sessions), ("jobs", jobs)):
-        if count < 1:
-            raise ArgumentError("A02", f"{name}: expected 1 or more, got {count}")
+    _check(result, port, sessions=sessions, jobs=jobs)
     settings = GatewaySettings(
         token=new_token(),
         host=host,
@@ -81,3 +73,16 @@ def view_result(
         result=None if result is None else result.resolve(),
     )
     run(settings, browser, say)
+
+
+def _check(result: Path | None, port: int, **counts: int) -> None:
+    """FileError F01 or ArgumentError A02 before anything is started."""
+    if result is not None and not result.is_dir():
+        raise FileError(
+            "F01", f"{result}: expected a folder that isovary compare wrote, got none; see --out"
+        )
+    if not 0 <= port <= 65535:
+        raise ArgumentError("A02", f"port: expected 0 to 65535, got {port}")
+    for name, count in counts.items():
+        if count < 1:
+            raise ArgumentError("A02", f"{name}: expected 1 or more, got {count}")
